@@ -1,0 +1,147 @@
+"""An arm of a cell: a robot with its tool, its grasp on the part, where its base may stand and what it should prefer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, pi
+
+import numpy as np
+
+from models.arrays import Floats, set_frozen
+from models.posture import Posture
+from models.robot import Robot
+
+TURN = 2.0 * pi
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """A closed interval; ``low == high`` means fixed."""
+
+    low: float
+    high: float
+
+    @property
+    def fixed(self) -> bool:
+        """True where there is nothing to choose."""
+        return self.low == self.high
+
+    @property
+    def width(self) -> float:
+        """high - low."""
+        return self.high - self.low
+
+    @property
+    def middle(self) -> float:
+        """Centre of the interval."""
+        return 0.5 * (self.low + self.high)
+
+    def __contains__(self, value: float) -> bool:
+        return self.low <= value <= self.high
+
+
+FREE_YAW = Interval(-pi, pi)
+
+
+@dataclass(frozen=True, slots=True)
+class BaseRegion:
+    """Where a base may stand: x, y, z [m] of its origin and yaw [rad] about the world's vertical.
+
+    ``yaw`` counts modulo 2π; a width of 2π or more means free.
+    """
+
+    x: Interval
+    y: Interval
+    z: Interval
+    yaw: Interval = FREE_YAW
+
+    @property
+    def yaw_free(self) -> bool:
+        """True if every yaw is allowed (within 1e-4 rad: a request prints π with a few digits)."""
+        return self.yaw.width >= TURN - 1e-4
+
+    @property
+    def bounds(self) -> Floats:
+        """(4, 2) low and high of x, y, z, yaw."""
+        return np.array([[i.low, i.high] for i in (self.x, self.y, self.z, self.yaw)])
+
+    def yaw_in_interval(self, yaw: float) -> float:
+        """The representative of ``yaw`` modulo 2π nearest to the interval, inside it whenever one is."""
+        low, high = self.yaw.low, self.yaw.high
+        shifted = low + (yaw - low) % TURN
+        if shifted <= high:
+            return shifted
+        below = shifted - TURN  # in [low - 2π, low): just outside, on one side or the other
+        return max(below, low) if low - below <= shifted - high else min(shifted, high)
+
+
+@dataclass(frozen=True, eq=False)
+class Arm:
+    """One arm of a cell.
+
+    Attributes:
+        name: unique in its cell.
+        robot: the kinematic chain.
+        tool: (4, 4) tool centre point (TCP) in the flange frame.
+        grasp: (4, 4) TCP in the object frame, T_C^H of the source.
+        base: where the base may stand.
+        lower: (n,) rad limits in force; ``-inf`` for a joint without end. upper: (n,) likewise.
+        reference: (n,) rad, q* of the objective (8.21).
+        weights: (n,) w of the objective; 0 for joints without limits.
+        posture: signs the user insists on; None entries are free.
+        min_conditioning: smallest allowed σmin/σmax of the Jacobian along the path, or None.
+    """
+
+    name: str
+    robot: Robot
+    tool: Floats
+    grasp: Floats
+    base: BaseRegion
+    lower: Floats
+    upper: Floats
+    reference: Floats
+    weights: Floats
+    posture: Posture = Posture()
+    min_conditioning: float | None = None
+
+    def __post_init__(self) -> None:
+        n = self.robot.dof
+        set_frozen(self, "tool", self.tool, (4, 4))
+        set_frozen(self, "grasp", self.grasp, (4, 4))
+        for name in ("lower", "upper", "reference", "weights"):
+            set_frozen(self, name, getattr(self, name), (n,))
+
+    @property
+    def dof(self) -> int:
+        """Number of joints."""
+        return self.robot.dof
+
+    def __repr__(self) -> str:
+        return f"Arm({self.name!r}, {self.robot.name!r})"
+
+
+def range_weights(lower: Floats, upper: Floats) -> Floats:
+    """Weights (8.8) of the source: ``w_i = (max_k range_k)² / range_i²``; 0 for joints without limits.
+
+    Args:
+        lower: (n,) rad. upper: (n,) rad; infinite where the joint turns without end.
+
+    Returns:
+        (n,) dimensionless.
+    """
+    ranges = upper - lower
+    finite = np.isfinite(ranges) & (ranges > 0.0)
+    widest = float(np.max(ranges[finite], initial=0.0))
+    weights = np.zeros_like(ranges)
+    weights[finite] = (widest / ranges[finite]) ** 2
+    return weights
+
+
+def equal_weights(lower: Floats, upper: Floats) -> Floats:
+    """Weights 1 for joints with limits, 0 for joints without end."""
+    return np.isfinite(upper - lower).astype(np.float64)
+
+
+def unlimited() -> Interval:
+    """The whole line."""
+    return Interval(-inf, inf)

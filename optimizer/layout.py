@@ -1,0 +1,184 @@
+"""Results: frozen, complete, free of any engine's types."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from models.arrays import Floats, set_frozen
+
+
+class Outcome(StrEnum):
+    """What the search ended with."""
+
+    OPTIMAL = "optimal"  # the search finished
+    FEASIBLE = "feasible"  # a limit cut the search; the point is usable
+    INFEASIBLE = "infeasible"  # no usable point; reasons say why
+
+
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """Why an arm cannot do its part of the task.
+
+    Attributes:
+        arm: name of the arm.
+        kind: out_of_reach | joint_limit | joint_step | posture | conditioning | limit_reached.
+        poses: indices of the poses concerned (0-based).
+        joint: name of the joint concerned, or None.
+        amount: by how much, in ``unit``; None where there is no number.
+        unit: "m", "rad" or "".
+        detail: one sentence for a person.
+    """
+
+    arm: str
+    kind: str
+    poses: tuple[int, ...]
+    detail: str
+    joint: str | None = None
+    amount: float | None = None
+    unit: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """Where one arm stands and how it moves there.
+
+    Attributes:
+        arm: its name.
+        position: (3,) m, base origin in the world.
+        yaw: rad, in the interval of the request.
+        joints: (m, n) rad.
+        posture: names of the signs, or None for arms without them.
+        objective: this arm's part of E (8.21).
+        joint_margins: (n,) rad, smallest distance to a limit over the path; inf for joints without end.
+        minimum_margin: rad, smallest of them; inf if no joint has limits.
+        minimum_conditioning: smallest σmin/σmax of the Jacobian (translation divided by ``characteristic_length``).
+        characteristic_length: m.
+        singularity_distances: name of a singular set ("elbow", "wrist", "shoulder") -> smallest distance over the path
+            (rad for elbow and wrist, m for shoulder); empty for arms without a closed form.
+    """
+
+    arm: str
+    position: Floats
+    yaw: float
+    joints: Floats
+    posture: dict[str, str] | None
+    objective: float
+    joint_margins: Floats
+    minimum_margin: float
+    minimum_conditioning: float
+    characteristic_length: float
+    singularity_distances: dict[str, float]
+
+    def __post_init__(self) -> None:
+        set_frozen(self, "position", self.position, (3,))
+        set_frozen(self, "joints", self.joints, (None, None))
+        set_frozen(self, "joint_margins", self.joint_margins, (None,))
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """What the search did: evidence where no proof is possible.
+
+    Attributes:
+        candidates: base placements × postures evaluated.
+        starts: local optimisations run.
+        basins: distinct local optima found.
+        wall_time: s.
+    """
+
+    candidates: int
+    starts: int
+    basins: int
+    wall_time: float
+
+
+@dataclass(frozen=True, slots=True)
+class Verification:
+    """Numbers by Pinocchio, which did not produce the answer.
+
+    Attributes:
+        max_position_error: m. max_orientation_error: rad. max_joint_step: rad between consecutive poses.
+        limits_respected: every joint inside its limits to 1e-9 and every base inside its region.
+    """
+
+    max_position_error: float
+    max_orientation_error: float
+    max_joint_step: float
+    limits_respected: bool
+
+
+@dataclass(frozen=True, slots=True)
+class ArmCertificate:
+    """Proof for one arm: no base in its region scores less than ``lower_bound``.
+
+    ``lower_bound`` is None where the arm is proved infeasible or where no proof is offered (``note`` says which).
+    """
+
+    arm: str
+    lower_bound: float | None
+    gap: float | None
+    proved: bool
+    boxes: int
+    wall_time: float
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Certificate:
+    """Proof for the whole cell; the bound is the sum of the arms' bounds."""
+
+    lower_bound: float | None
+    gap: float | None
+    proved: bool
+    boxes: int
+    wall_time: float
+    arms: tuple[ArmCertificate, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class BaselineArm:
+    """Result of a baseline method for one arm."""
+
+    arm: str
+    position: Floats
+    yaw: float
+    objective: float
+    feasible: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Baseline:
+    """Result of a method of the literature on the same problem."""
+
+    method: str
+    objective: float | None
+    wall_time: float
+    feasible: bool
+    arms: tuple[BaselineArm, ...]
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """The answer for a cell.
+
+    Attributes:
+        outcome: what the search ended with.
+        objective: E (8.21), or None where an arm has no placement.
+        placements: of the arms that work, in the order of the cell.
+        reasons: why not, for the arms that do not.
+        proved: True only with a proof: of optimality to the requested gap, or of infeasibility.
+        search: evidence.
+        verification: None where there is no placement.
+    """
+
+    outcome: Outcome
+    objective: float | None
+    placements: tuple[Placement, ...]
+    reasons: tuple[Reason, ...]
+    proved: bool
+    search: Search
+    verification: Verification | None
+    certificate: Certificate | None = None
+    baselines: tuple[Baseline, ...] = ()

@@ -1,0 +1,203 @@
+"""Evaluation of the closed forms: all eight inverse-kinematics branches of many poses at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from models.arrays import Floats, Ints
+from models.closed_form import ClosedForm
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Branches:
+    """Branches of a batch of paths; the first axis of branches is ordered as `models.posture.ALL_SIGNS`.
+
+    Attributes:
+        joints: (6, 8, ..., m) rad, modulo 2π.
+        missing: (8, ..., m) m, how much too far or too near the pose is; 0 where the branch exists.
+    """
+
+    joints: Floats
+    missing: Floats
+
+
+def solve_branches(form: ClosedForm, rotations: Floats, positions: Floats) -> Branches:
+    """All branches of flange poses given in the base frame.
+
+    Args:
+        form: constants of the robot.
+        rotations: (m, 3, 3) or (..., m, 3, 3) flange orientation.
+        positions: (..., m, 3) m, flange position.
+
+    Returns:
+        The branches; where ``missing`` is positive the joints are those of the nearest possible triangle.
+    """
+    wrist = positions + rotations @ form.wrist_in_flange - form.origin
+    turned = rotations @ form.home_rotation.T
+    shape = np.broadcast_shapes(wrist.shape[:-1], turned.shape[:-2])
+    joints = np.empty((6, 2, 2, 2, *shape))
+    missing = np.empty((2, 2, 2, *shape))
+    reach = _Shoulder(form, wrist)
+    solve = _spherical if form.kind == "spherical-wrist" else _three_parallel
+    for index, shoulder in enumerate((1, -1)):
+        solve(form, turned, reach, shoulder, joints[:, index], missing[index])
+        missing[index] += reach.missing
+    joints[1:4] *= form.turns[1:4].reshape(3, *[1] * (joints.ndim - 1))
+    return Branches(joints.reshape(6, 8, *shape), missing.reshape(8, *shape))
+
+
+class _Shoulder:
+    """Joint 1 and the plane of the arm: W seen from axis 1."""
+
+    def __init__(self, form: ClosedForm, wrist: Floats) -> None:
+        h1 = form.axes[0]
+        lean = float(form.n @ h1)
+        across = form.n - lean * h1
+        length = float(np.linalg.norm(across))
+        along = wrist @ h1
+        side, front = wrist @ (across / length), wrist @ form.forward
+        distance = np.hypot(side, front)
+        offset = (form.offset - lean * along) / length
+        self.missing = np.maximum(np.abs(offset) - distance, 0.0)
+        self._azimuth = np.arctan2(-front, side)
+        self._half = np.arccos(np.clip(offset / np.maximum(distance, 1e-300), -1.0, 1.0))
+        self._front = np.sqrt(np.maximum(distance**2 - offset**2, 0.0))
+        self.height = along * float(form.up @ h1) + offset * float(form.up @ across) / length
+
+    def joint(self, sign: int) -> Floats:
+        """q1 (..., m) rad."""
+        return self._azimuth + sign * self._half
+
+    def front(self, sign: int) -> Floats:
+        """Forward coordinate of W (..., m) m, in link 1."""
+        return sign * self._front
+
+
+def _triangle(form: ClosedForm, front: Floats, height: Floats, bend: int) -> tuple[Floats, Floats, Floats]:
+    """(turn 2, turn 3, missing): the two links from the shoulder to (front, height), elbow turned by sign ``bend``."""
+    plane = form.planar
+    x, y = front - plane.shoulder[0], height - plane.shoulder[1]
+    square = x * x + y * y
+    cosine = (square - plane.upper**2 - plane.fore**2) / (2.0 * plane.upper * plane.fore)
+    elbow = bend * np.arccos(np.clip(cosine, -1.0, 1.0))
+    distance = np.sqrt(square)
+    missing = np.maximum(distance - (plane.upper + plane.fore), abs(plane.upper - plane.fore) - distance)
+    inner = np.arctan2(plane.fore * np.sin(elbow), plane.upper + plane.fore * np.cos(elbow))
+    return np.arctan2(x, y) - inner - plane.upper_angle, elbow - plane.elbow_angle, np.maximum(missing, 0.0)
+
+
+def _spherical(
+    form: ClosedForm, turned: Floats, reach: _Shoulder, shoulder: int, joints: Floats, missing: Floats
+) -> None:
+    """Fill (6, elbow, wrist, ..., m) and (elbow, wrist, ..., m) for one shoulder sign of a spherical wrist."""
+    h1, h4, h5, h6 = form.axes[0], form.axes[3], form.axes[4], form.axes[5]
+    first = reach.joint(shoulder)
+    tool_axis = _rotated(turned @ h6, h1, -first)
+    for e, elbow in enumerate((1, -1)):
+        second, third, short = _triangle(form, reach.front(shoulder), reach.height, -shoulder * elbow)
+        pitch = second + third
+        seen = _rotated(tool_axis, form.n, -pitch)
+        fore_axis = _rotated(_rotated(np.broadcast_to(h4, seen.shape), form.n, pitch), h1, first)
+        fore_seen = _transposed(turned, fore_axis)
+        bend = _bend(form, seen @ h4)
+        for f, wrist in enumerate((1, -1)):
+            fifth = form.wrist_zero + wrist * bend
+            joints[0, e, f], joints[1, e, f], joints[2, e, f], joints[4, e, f] = first, second, third, fifth
+            joints[3, e, f] = _turn(h4, _rotated(h6, h5, fifth), seen)
+            joints[5, e, f] = -_turn(h6, _rotated(h4, h5, -fifth), fore_seen)
+            missing[e, f] = short
+
+
+def _three_parallel(
+    form: ClosedForm, turned: Floats, reach: _Shoulder, shoulder: int, joints: Floats, missing: Floats
+) -> None:
+    """Fill (6, elbow, wrist, ..., m) and (elbow, wrist, ..., m) for one shoulder sign of three parallel axes."""
+    h1, h5, h6, n = form.axes[0], form.axes[4], form.axes[5], form.n
+    first = reach.joint(shoulder)
+    n_seen = _transposed(turned, _rotated(n, h1, first))
+    bend = _bend(form, n_seen @ h6)
+    hand = form.planar.hand
+    for f, wrist in enumerate((1, -1)):
+        fifth = form.wrist_zero + wrist * bend
+        sixth = -_turn(h6, _rotated(n, h5, -fifth), n_seen)
+        fifth_axis = _rotated(_applied(turned, _rotated(h5, h6, -sixth)), h1, -first)
+        pitch = _turn(n, h5, fifth_axis)
+        cos, sin = np.cos(pitch), np.sin(pitch)
+        front = reach.front(shoulder) - (hand[0] * cos + hand[1] * sin)
+        height = reach.height - (hand[1] * cos - hand[0] * sin)
+        for e, elbow in enumerate((1, -1)):
+            second, third, short = _triangle(form, front, height, -shoulder * elbow)
+            joints[:, e, f] = first, second, third, pitch - second - third, fifth, sixth
+            missing[e, f] = short
+
+
+def _bend(form: ClosedForm, cosine: Floats) -> Floats:
+    """|q5 - wrist_zero| in [0, π] from the cosine between the two axes that joint 5 turns against each other."""
+    value = np.arccos(np.clip((cosine - form.tilt_cos) / form.tilt_sin, -1.0, 1.0))
+    return np.pi - value if form.flipped_zero else value
+
+
+def _rotated(vectors: Floats, axis: Floats, angle: Floats) -> Floats:
+    """Rodrigues: ``vectors`` (..., 3) turned about a fixed unit ``axis`` (3,) by ``angle`` (...)."""
+    cos, sin = np.cos(angle)[..., None], np.sin(angle)[..., None]
+    cross = vectors @ np.array([[0.0, axis[2], -axis[1]], [-axis[2], 0.0, axis[0]], [axis[1], -axis[0], 0.0]])
+    along = (vectors @ axis)[..., None] * axis
+    turned: Floats = along + (vectors - along) * cos + cross * sin
+    return turned
+
+
+def _turn(axis: Floats, start: Floats, end: Floats) -> Floats:
+    """Angle (...) about ``axis`` that takes direction ``start`` (..., 3) to ``end`` (..., 3)."""
+    cross_x = start[..., 1] * end[..., 2] - start[..., 2] * end[..., 1]
+    cross_y = start[..., 2] * end[..., 0] - start[..., 0] * end[..., 2]
+    cross_z = start[..., 0] * end[..., 1] - start[..., 1] * end[..., 0]
+    sine = axis[0] * cross_x + axis[1] * cross_y + axis[2] * cross_z
+    cosine = np.sum(start * end, axis=-1) - (start @ axis) * (end @ axis)
+    angle: Floats = np.arctan2(sine, cosine)
+    return angle
+
+
+def _applied(matrices: Floats, vectors: Floats) -> Floats:
+    """``matrices @ vectors`` for (..., 3, 3) and (..., 3)."""
+    product: Floats = np.einsum("...ij,...j->...i", matrices, vectors)
+    return product
+
+
+def _transposed(matrices: Floats, vectors: Floats) -> Floats:
+    """``matricesᵀ @ vectors`` for (..., 3, 3) and (..., 3)."""
+    product: Floats = np.einsum("...ji,...j->...i", matrices, vectors)
+    return product
+
+
+def posture_terms(form: ClosedForm, q: Any, sin: Callable[[Any], Any], cos: Callable[[Any], Any]) -> tuple[Any, Any, Any]:
+    """The three smooth quantities whose signs are the posture, for numbers and for CasADi symbols alike.
+
+    Args:
+        form: constants of the robot.
+        q: six joint values [rad]: a (6, ...) array or a sequence of symbols.
+        sin: sine of the number type. cos: its cosine.
+
+    Returns:
+        front: coordinate of W in front of axis 1 [m]; its sign is the shoulder's.
+        elbow: sine of the turn from upper arm to forearm; the elbow's sign is ``-sign(front · elbow)``.
+        wrist: sine of joint 5 beyond its singular value; its sign is the wrist's.
+    """
+    plane = form.planar
+    upper = plane.upper_angle + form.turns[1] * q[1]
+    bend = plane.elbow_angle + form.turns[2] * q[2]
+    front = plane.shoulder[0] + plane.upper * sin(upper) + plane.fore * sin(upper + bend)
+    if form.kind == "three-parallel":
+        pitch = form.turns[1] * q[1] + form.turns[2] * q[2] + form.turns[3] * q[3]
+        front = front + plane.hand[0] * cos(pitch) + plane.hand[1] * sin(pitch)
+    return front, sin(bend), sin(q[4] - form.wrist_zero)
+
+
+def signs_of(form: ClosedForm, joints: Floats) -> Ints:
+    """Signs (..., 3) of shoulder, elbow and wrist (0 on a singular set) of joint values (..., 6) [rad]."""
+    front, elbow, wrist = posture_terms(form, np.moveaxis(joints, -1, 0), np.sin, np.cos)
+    signs: Ints = np.stack([np.sign(front), -np.sign(front * elbow), np.sign(wrist)], axis=-1).astype(np.int64)
+    return signs

@@ -20,7 +20,7 @@ class Robot:
     Attributes:
         name: catalogue name, or a label of an inline or URDF robot.
         joint_names: n names.
-        joint_placements: (n, 4, 4) joint frame in the frame of the joint before (the first: in the base frame) at q = 0.
+        joint_placements: (n, 4, 4) joint frame in the frame of the joint before (first: the base frame) at q = 0.
         joint_axes: (n, 3) unit axis in the joint's own frame.
         flange_placement: (4, 4) flange in the last joint frame.
         lower: (n,) rad, ``-inf`` where the joint turns without end.
@@ -31,6 +31,7 @@ class Robot:
         maker: manufacturer. title: human-readable model. source: where geometry and limits come from.
         licence: licence of that source.
         notes: remarks worth showing to a user (mounting face, open limits, ...).
+        ssik_name: name of the arm's artifact in ssik, or None for robots from elsewhere.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Robot:
     source: str = ""
     licence: str = ""
     notes: tuple[str, ...] = ()
+    ssik_name: str | None = None
 
     def __post_init__(self) -> None:
         n = len(self.joint_names)

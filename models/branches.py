@@ -11,6 +11,9 @@ import numpy as np
 from models.arrays import Floats, Ints
 from models.closed_form import ClosedForm
 
+Sign = int | Ints
+"""+1 or -1, or an array (N, 1) of them."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Branches:
@@ -36,24 +39,50 @@ def solve_branches(form: ClosedForm, rotations: Floats, positions: Floats) -> Br
     Returns:
         The branches; where ``missing`` is positive the joints are those of the nearest possible triangle.
     """
-    wrist = positions + rotations @ form.wrist_in_flange - form.origin
-    turned = rotations @ form.home_rotation.T
-    shape = np.broadcast_shapes(wrist.shape[:-1], turned.shape[:-2])
-    joints = np.empty((6, 2, 2, 2, *shape))
-    missing = np.empty((2, 2, 2, *shape))
-    reach = _Shoulder(form, wrist)
+    seen = _Seen(form, rotations, positions)
+    joints = np.empty((6, 2, 2, 2, *seen.shape))
+    missing = np.empty((2, 2, 2, *seen.shape))
     solve = _spherical if form.kind == "spherical-wrist" else _three_parallel
     for index, shoulder in enumerate((1, -1)):
-        solve(form, turned, reach, shoulder, joints[:, index], missing[index])
-        missing[index] += reach.missing
-    joints[1:4] *= form.turns[1:4].reshape(3, *[1] * (joints.ndim - 1))
-    return Branches(joints.reshape(6, 8, *shape), missing.reshape(8, *shape))
+        plane = _Plane(seen, shoulder)
+        solve(plane, (1, -1), (1, -1), joints[:, index], missing[index])
+    return Branches(joints.reshape(6, 8, *seen.shape), missing.reshape(8, *seen.shape))
 
 
-class _Shoulder:
-    """Joint 1 and the plane of the arm: W seen from axis 1."""
+def solve_signed(form: ClosedForm, rotations: Floats, positions: Floats, signs: Ints) -> Branches:
+    """One chosen branch per path: as `solve_branches`, with ``signs`` (N, 3) for ``positions`` (N, m, 3).
 
-    def __init__(self, form: ClosedForm, wrist: Floats) -> None:
+    Returns:
+        Branches with a first axis of length 1: joints (6, 1, N, m), missing (1, N, m).
+    """
+    seen = _Seen(form, rotations, positions)
+    joints, missing = np.empty((6, 1, 1, *seen.shape)), np.empty((1, 1, *seen.shape))
+    shoulder, elbow, wrist = (signs[:, k, None] for k in range(3))
+    solve = _spherical if form.kind == "spherical-wrist" else _three_parallel
+    solve(_Plane(seen, shoulder), (elbow,), (wrist,), joints, missing)
+    return Branches(joints[:, 0], missing[0])
+
+
+class _Seen:
+    """The poses as the arm sees them: W from axis 1, and the turn that the six joints have to make."""
+
+    def __init__(self, form: ClosedForm, rotations: Floats, positions: Floats) -> None:
+        self.form = form
+        self.wrist = positions + rotations @ form.wrist_in_flange - form.origin
+        self.turned = rotations @ form.home_rotation.T
+        self.shape = np.broadcast_shapes(self.wrist.shape[:-1], self.turned.shape[:-2])
+
+
+class _Plane:
+    """Joint 1 for one sign of the shoulder, and W in the plane of the arm.
+
+    Attributes:
+        first: (..., m) rad, q1. front, height: (..., m) m, coordinates of W in the plane, from the origin on axis 1.
+        missing: (..., m) m.
+    """
+
+    def __init__(self, seen: _Seen, shoulder: Sign) -> None:
+        form, wrist = seen.form, seen.wrist
         h1 = form.axes[0]
         lean = float(form.n @ h1)
         across = form.n - lean * h1
@@ -62,22 +91,15 @@ class _Shoulder:
         side, front = wrist @ (across / length), wrist @ form.forward
         distance = np.hypot(side, front)
         offset = (form.offset - lean * along) / length
+        half = np.arccos(np.clip(offset / np.maximum(distance, 1e-300), -1.0, 1.0))
+        self.seen, self.shoulder = seen, shoulder
         self.missing = np.maximum(np.abs(offset) - distance, 0.0)
-        self._azimuth = np.arctan2(-front, side)
-        self._half = np.arccos(np.clip(offset / np.maximum(distance, 1e-300), -1.0, 1.0))
-        self._front = np.sqrt(np.maximum(distance**2 - offset**2, 0.0))
+        self.first = np.arctan2(-front, side) + shoulder * half
+        self.front = shoulder * np.sqrt(np.maximum(distance**2 - offset**2, 0.0))
         self.height = along * float(form.up @ h1) + offset * float(form.up @ across) / length
 
-    def joint(self, sign: int) -> Floats:
-        """q1 (..., m) rad."""
-        return self._azimuth + sign * self._half
 
-    def front(self, sign: int) -> Floats:
-        """Forward coordinate of W (..., m) m, in link 1."""
-        return sign * self._front
-
-
-def _triangle(form: ClosedForm, front: Floats, height: Floats, bend: int) -> tuple[Floats, Floats, Floats]:
+def _triangle(form: ClosedForm, front: Floats, height: Floats, bend: Sign) -> tuple[Floats, Floats, Floats]:
     """(turn 2, turn 3, missing): the two links from the shoulder to (front, height), elbow turned by sign ``bend``."""
     plane = form.planar
     x, y = front - plane.shoulder[0], height - plane.shoulder[1]
@@ -91,48 +113,49 @@ def _triangle(form: ClosedForm, front: Floats, height: Floats, bend: int) -> tup
 
 
 def _spherical(
-    form: ClosedForm, turned: Floats, reach: _Shoulder, shoulder: int, joints: Floats, missing: Floats
+    plane: _Plane, elbows: tuple[Sign, ...], wrists: tuple[Sign, ...], joints: Floats, missing: Floats
 ) -> None:
-    """Fill (6, elbow, wrist, ..., m) and (elbow, wrist, ..., m) for one shoulder sign of a spherical wrist."""
+    """Fill joints (6, elbow, wrist, ..., m) and missing (elbow, wrist, ..., m) for one shoulder of a spherical wrist."""
+    form, turned, first = plane.seen.form, plane.seen.turned, plane.first
     h1, h4, h5, h6 = form.axes[0], form.axes[3], form.axes[4], form.axes[5]
-    first = reach.joint(shoulder)
     tool_axis = _rotated(turned @ h6, h1, -first)
-    for e, elbow in enumerate((1, -1)):
-        second, third, short = _triangle(form, reach.front(shoulder), reach.height, -shoulder * elbow)
+    for e, elbow in enumerate(elbows):
+        second, third, short = _triangle(form, plane.front, plane.height, -plane.shoulder * elbow)
         pitch = second + third
         seen = _rotated(tool_axis, form.n, -pitch)
         fore_axis = _rotated(_rotated(np.broadcast_to(h4, seen.shape), form.n, pitch), h1, first)
         fore_seen = _transposed(turned, fore_axis)
         bend = _bend(form, seen @ h4)
-        for f, wrist in enumerate((1, -1)):
+        for f, wrist in enumerate(wrists):
             fifth = form.wrist_zero + wrist * bend
-            joints[0, e, f], joints[1, e, f], joints[2, e, f], joints[4, e, f] = first, second, third, fifth
-            joints[3, e, f] = _turn(h4, _rotated(h6, h5, fifth), seen)
-            joints[5, e, f] = -_turn(h6, _rotated(h4, h5, -fifth), fore_seen)
-            missing[e, f] = short
+            fourth = _turn(h4, _rotated(h6, h5, fifth), seen)
+            sixth = -_turn(h6, _rotated(h4, h5, -fifth), fore_seen)
+            joints[:, e, f] = first, form.turns[1] * second, form.turns[2] * third, fourth, fifth, sixth
+            missing[e, f] = plane.missing + short
 
 
 def _three_parallel(
-    form: ClosedForm, turned: Floats, reach: _Shoulder, shoulder: int, joints: Floats, missing: Floats
+    plane: _Plane, elbows: tuple[Sign, ...], wrists: tuple[Sign, ...], joints: Floats, missing: Floats
 ) -> None:
-    """Fill (6, elbow, wrist, ..., m) and (elbow, wrist, ..., m) for one shoulder sign of three parallel axes."""
-    h1, h5, h6, n = form.axes[0], form.axes[4], form.axes[5], form.n
-    first = reach.joint(shoulder)
+    """Fill joints (6, elbow, wrist, ..., m) and missing (elbow, wrist, ..., m) for one shoulder of parallel axes."""
+    form, turned, first = plane.seen.form, plane.seen.turned, plane.first
+    h1, h5, h6, n, turns = form.axes[0], form.axes[4], form.axes[5], form.n, form.turns
     n_seen = _transposed(turned, _rotated(n, h1, first))
     bend = _bend(form, n_seen @ h6)
     hand = form.planar.hand
-    for f, wrist in enumerate((1, -1)):
+    for f, wrist in enumerate(wrists):
         fifth = form.wrist_zero + wrist * bend
         sixth = -_turn(h6, _rotated(n, h5, -fifth), n_seen)
         fifth_axis = _rotated(_applied(turned, _rotated(h5, h6, -sixth)), h1, -first)
         pitch = _turn(n, h5, fifth_axis)
         cos, sin = np.cos(pitch), np.sin(pitch)
-        front = reach.front(shoulder) - (hand[0] * cos + hand[1] * sin)
-        height = reach.height - (hand[1] * cos - hand[0] * sin)
-        for e, elbow in enumerate((1, -1)):
-            second, third, short = _triangle(form, front, height, -shoulder * elbow)
-            joints[:, e, f] = first, second, third, pitch - second - third, fifth, sixth
-            missing[e, f] = short
+        front = plane.front - (hand[0] * cos + hand[1] * sin)
+        height = plane.height - (hand[1] * cos - hand[0] * sin)
+        for e, elbow in enumerate(elbows):
+            second, third, short = _triangle(form, front, height, -plane.shoulder * elbow)
+            fourth = turns[3] * (pitch - second - third)
+            joints[:, e, f] = first, turns[1] * second, turns[2] * third, fourth, fifth, sixth
+            missing[e, f] = plane.missing + short
 
 
 def _bend(form: ClosedForm, cosine: Floats) -> Floats:

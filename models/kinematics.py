@@ -7,6 +7,7 @@ one. Frames: poses and Jacobians are expressed in the robot's base frame.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import lru_cache
 from typing import Any
 
@@ -48,6 +49,33 @@ def _geometry(key: _Key) -> tuple[Floats, Floats, Floats]:
     """The arrays behind a kinematic key: placements (n, 4, 4), axes (n, 3), flange (4, 4)."""
     placements, axes, flange = (np.frombuffer(part, dtype=np.float64) for part in key)
     return placements.reshape(-1, 4, 4), axes.reshape(-1, 3), flange.reshape(4, 4)
+
+
+def chain(model: Any, joints: Iterable[int]) -> tuple[Floats, Floats]:
+    """Placements and axes of some joints of any ``pin.Model``, as Pinocchio holds them.
+
+    Args:
+        model: built by `pinocchio_model` or read from a URDF.
+        joints: k indices, all of them revolute.
+
+    Returns:
+        (k, 4, 4) ``jointPlacements``, each in the frame of its parent joint, and (k, 3) unit axes in the joint frame.
+    """
+    indices = list(joints)
+    placements: Floats = np.array([model.jointPlacements[index].homogeneous for index in indices]).reshape(-1, 4, 4)
+    axes: Floats = np.array([_axis(model.joints[index].extract()) for index in indices]).reshape(-1, 3)
+    return placements, axes
+
+
+def _axis(joint: Any) -> Any:
+    """Axis of a revolute joint model; Pinocchio keeps it as a field only where it is no coordinate axis."""
+    return joint.axis if hasattr(joint, "axis") else joint.getMotionAxis()
+
+
+def flange_placement(model: Any) -> Floats:
+    """(4, 4) flange in the last joint frame of a model built by `pinocchio_model`."""
+    placement: Floats = model.frames[model.getFrameId(FLANGE)].placement.homogeneous
+    return placement
 
 
 def _each(robot: Robot, q: Floats) -> Floats:

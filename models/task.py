@@ -1,10 +1,22 @@
-"""A task: the poses the part goes through."""
+"""A task: the poses the part goes through, and the paths that make them.
+
+Pointers of the errors are relative to the object that holds the parameters (``/count``, ``/center``, ...).
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import asin, atan2, isfinite, pi, sin
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 from models.arrays import Floats, set_frozen
+from models.errors import InvalidRotation, InvalidTask
+from models.pose import HALF_TURN_TOLERANCE, interpolate_rotations, rotation_about, transform
+
+LENGTH_TOLERANCE = 1e-6
+"""m; how far arc data may contradict themselves (radii of both ends, chord against normal)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,3 +34,178 @@ class Task:
 
     def __len__(self) -> int:
         return len(self.poses)
+
+
+def task_from_poses(poses: ArrayLike) -> Task:
+    """A task from poses sent one by one.
+
+    Args:
+        poses: (m, 4, 4) with m >= 2, finite.
+
+    Raises:
+        InvalidTask: fewer than two poses, or one that is no rigid transform (pointer ``/poses/j``).
+    """
+    stack = np.asarray(poses, dtype=np.float64)
+    if len(stack) < 2:
+        raise InvalidTask(
+            f"a task has at least 2 poses, this one has {len(stack)}; for a part that stands still send its pose twice.",
+            "/poses",
+        )
+    if stack.ndim != 3 or stack.shape[1:] != (4, 4):
+        raise InvalidTask(f"poses are 4x4 transforms; got an array of shape {stack.shape}.", "/poses")
+    gram = np.swapaxes(stack[:, :3, :3], 1, 2) @ stack[:, :3, :3]
+    rigid = np.isfinite(stack).all(axis=(1, 2)) & (np.abs(gram - np.eye(3)) < 1e-9).all(axis=(1, 2))
+    rigid &= (np.linalg.det(np.where(np.isfinite(stack), stack, 0.0)) > 0.0) & (stack[:, 3] == (0, 0, 0, 1)).all(axis=1)
+    if not rigid.all():
+        j = int(np.argmin(rigid))
+        raise InvalidTask(f"pose {j} is no rigid transform of finite numbers.", f"/poses/{j}")
+    return Task(stack)
+
+
+def line(start: Floats, end: Floats, count: int) -> Task:
+    """A straight path with evenly spaced positions; the orientation turns evenly along the shortest rotation.
+
+    Args:
+        start: (4, 4) first pose.
+        end: (4, 4) last pose.
+        count: number of poses, both ends included, at least 2.
+
+    Raises:
+        InvalidTask: fewer than two poses, numbers that are not finite, or orientations 180° apart.
+    """
+    fractions = _fractions(count)
+    _check_finite(start, end)
+    positions = (1.0 - fractions)[:, None] * start[:3, 3] + fractions[:, None] * end[:3, 3]
+    return Task(transform(_orientations(start, end, fractions), positions))
+
+
+def arc_through_center(start: Floats, end: Floats, center: ArrayLike, count: int) -> Task:
+    """The minor arc of a circle about ``center`` from ``start`` to ``end``, evenly spaced.
+
+    Args:
+        start: (4, 4) first pose.
+        end: (4, 4) last pose.
+        center: (3,) m, equally far from both positions to 1e-6 m.
+        count: number of poses, both ends included, at least 2.
+
+    Raises:
+        InvalidTask: centre not equidistant, ends in the same place or half a circle apart (no plane is defined), or
+            what `line` refuses.
+    """
+    fractions = _fractions(count)
+    middle = _vector(center, "center")
+    _check_finite(start, end)
+    u, v = start[:3, 3] - middle, end[:3, 3] - middle
+    first, last = float(np.linalg.norm(u)), float(np.linalg.norm(v))
+    if abs(first - last) > LENGTH_TOLERANCE:
+        raise InvalidTask(
+            f"the centre is {first:.7g} m from the start and {last:.7g} m from the end; these must agree to "
+            f"{LENGTH_TOLERANCE:g} m. Correct the centre, or give radius and normal instead.",
+            "/center",
+        )
+    _check_chord(start, end)
+    normal = np.cross(u, v)
+    angle = atan2(float(np.linalg.norm(normal)), float(u @ v))
+    if angle > pi - HALF_TURN_TOLERANCE:
+        raise InvalidTask(
+            "start and end lie on opposite sides of the centre, so the plane of the arc is undefined; "
+            "an arc with a centre spans less than 180°. Give radius and normal for a half circle.",
+            "/center",
+        )
+    return Task(transform(_orientations(start, end, fractions), _arc(start, end, normal, angle, fractions)))
+
+
+def arc_about_normal(start: Floats, end: Floats, radius: float, normal: ArrayLike, count: int) -> Task:
+    """An arc of given radius from ``start`` to ``end``, counter-clockwise about ``normal``, at most 180°.
+
+    Args:
+        start: (4, 4) first pose.
+        end: (4, 4) last pose.
+        radius: m, at least half the distance of the two positions.
+        normal: (3,) of any length, at right angles to the line from start to end (to 1e-6 m over its length).
+        count: number of poses, both ends included, at least 2.
+
+    Raises:
+        InvalidTask: radius too small, normal zero or not at right angles to the chord, ends in the same place, or what
+            `line` refuses.
+    """
+    fractions = _fractions(count)
+    axis = _vector(normal, "normal")
+    _check_finite(start, end)
+    chord = end[:3, 3] - start[:3, 3]
+    distance = _check_chord(start, end)
+    size = float(np.linalg.norm(axis))
+    if size == 0.0:
+        raise InvalidTask(
+            "the normal is zero; give the direction about which the arc turns, e.g. [0, 0, 1].", "/normal"
+        )
+    slant = abs(float(chord @ axis)) / size
+    if slant > LENGTH_TOLERANCE:
+        raise InvalidTask(
+            f"the end lies {slant:.3g} m out of the plane through the start at right angles to the normal; "
+            f"at most {LENGTH_TOLERANCE:g} m is accepted. Correct the normal or the positions.",
+            "/normal",
+        )
+    if not isfinite(radius) or radius < 0.5 * distance - LENGTH_TOLERANCE:
+        raise InvalidTask(
+            f"radius {radius:g} m is too small: start and end are {distance:.7g} m apart, "
+            f"so at least {0.5 * distance:.7g} m is needed (a half circle).",
+            "/radius",
+        )
+    angle = 2.0 * asin(min(1.0, 0.5 * distance / radius))
+    return Task(transform(_orientations(start, end, fractions), _arc(start, end, axis, angle, fractions)))
+
+
+def _arc(start: Floats, end: Floats, normal: Floats, angle: float, fractions: Floats) -> Floats:
+    """(m, 3) positions on an arc, written as chords from its start: exact at both ends and for any radius.
+
+    The chord to the fraction t of the arc is ``sin(t φ/2) / sin(φ/2)`` times as long as the whole one and turned back
+    from it by ``(1 - t) φ/2``.
+    """
+    chord = end[:3, 3] - start[:3, 3]
+    shares = np.sin(0.5 * angle * fractions) / sin(0.5 * angle)
+    turns = rotation_about(normal, -0.5 * angle * (1.0 - fractions))
+    positions: Floats = start[:3, 3] + shares[:, None] * (turns @ chord)
+    return positions
+
+
+def _orientations(start: Floats, end: Floats, fractions: Floats) -> Floats:
+    """(m, 3, 3) along the shortest rotation."""
+    try:
+        return interpolate_rotations(start[:3, :3], end[:3, :3], fractions)
+    except InvalidRotation as error:
+        raise InvalidTask(error.detail, "/end/orientation") from error
+
+
+def _fractions(count: int) -> Floats:
+    """(count,) from 0 to 1."""
+    if count < 2:
+        raise InvalidTask(f"count is {count}; a path has at least 2 poses, its two ends.", "/count")
+    return np.linspace(0.0, 1.0, count)
+
+
+def _vector(values: ArrayLike, name: str) -> Floats:
+    """Three finite numbers."""
+    vector = np.asarray(values, dtype=np.float64)
+    if vector.shape != (3,) or not np.all(np.isfinite(vector)):
+        raise InvalidTask(f"{name} must be three finite numbers.", f"/{name}")
+    return vector
+
+
+def _check_finite(start: Floats, end: Floats) -> None:
+    """Refuse poses with infinities or NaN."""
+    for name, pose in (("start", start), ("end", end)):
+        if not np.all(np.isfinite(pose)):
+            raise InvalidTask(f"{name} holds a number that is not finite.", f"/{name}")
+
+
+def _check_chord(start: Floats, end: Floats) -> float:
+    """Distance of both ends [m]; an arc needs one."""
+    distance = float(np.linalg.norm(end[:3, 3] - start[:3, 3]))
+    if distance <= LENGTH_TOLERANCE:
+        raise InvalidTask(
+            f"start and end of the arc are {distance:.3g} m apart; they must be different places. "
+            "Use a line to turn a part on the spot, two arcs for a full circle.",
+            "/end/position",
+        )
+    return distance

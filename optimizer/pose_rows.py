@@ -1,0 +1,101 @@
+"""Rows of one pose in the nonlinear program: the flange is where the task wants it, and exact derivatives of that.
+
+The orientation residual is the Gibbs vector ``tan(θ/2) · axis`` of the rotation error. The plain skew part
+``sin θ · axis`` also vanishes at θ = 180°, and a solver does converge there (mathematics.md section 2.2); the Gibbs
+vector has its only root at θ = 0 and grows without bound towards 180°.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import casadi as ca
+import numpy as np
+
+from models.branches import posture_terms
+from models.closed_form import closed_form
+from models.forward import flange_function
+from models.robot import Robot
+
+BASE = 4
+"""Base variables of an arm: x, y, z [m], yaw [rad]."""
+TARGET = 12
+"""Numbers of a target pose: rotation column by column, then position."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PoseRows:
+    """Compiled rows of one pose of one robot. Inputs are base (4), joints (n), target (12), for the Hessian also multipliers.
+
+    Attributes:
+        size: rows per pose: 6, and a seventh if the shoulder is kept.
+        dof: n.
+        value: -> (size,).
+        jacobian: -> dense (size · (4 + n),) column by column.
+        hessian: -> (10 + 4n + n(n+1)/2,): upper triangle of base-base, then base-joints, then upper triangle of
+            joints-joints, each column by column.
+    """
+
+    size: int
+    dof: int
+    value: ca.Function
+    jacobian: ca.Function
+    hessian: ca.Function
+
+
+@lru_cache(maxsize=128)
+def pose_rows(robot: Robot, keep_shoulder: bool) -> PoseRows:
+    """Compile the rows of ``robot``; with ``keep_shoulder`` the last row is the front coordinate of its wrist [m]."""
+    n = robot.dof
+    base, joints, target = ca.SX.sym("base", BASE), ca.SX.sym("joints", n), ca.SX.sym("target", TARGET)
+    rows = _residual(robot, base, joints, target)
+    if keep_shoulder:
+        form = closed_form(robot)
+        if form is None:
+            raise ValueError(f"{robot.name} has no shoulder sign")
+        front, _, _ = posture_terms(form, [joints[i] for i in range(n)], ca.sin, ca.cos)
+        rows = ca.vertcat(rows, front)
+    unknowns = ca.vertcat(base, joints)
+    multipliers = ca.SX.sym("multipliers", rows.numel())
+    hessian = ca.densify(ca.hessian(ca.dot(multipliers, rows), unknowns)[0])
+    entries = [hessian[i, j] for i, j in hessian_pattern(n)]
+    inputs, names = [base, joints, target], ["base", "joints", "target"]
+    options = {"cse": True}
+    return PoseRows(
+        size=rows.numel(),
+        dof=n,
+        value=ca.Function("rows", inputs, [rows], names, ["rows"], options),
+        jacobian=ca.Function(
+            "jacobian", inputs, [ca.vec(ca.densify(ca.jacobian(rows, unknowns)))], names, ["jacobian"], options
+        ),
+        hessian=ca.Function(
+            "hessian", [*inputs, multipliers], [ca.vertcat(*entries)], [*names, "multipliers"], ["hessian"], options
+        ),
+    )
+
+
+def hessian_pattern(n: int) -> list[tuple[int, int]]:
+    """(row, column) of every entry of `PoseRows.hessian`, in the unknowns (base, joints) of one pose."""
+    upper = [(i, j) for j in range(BASE) for i in range(j + 1)]
+    mixed = [(i, BASE + j) for j in range(n) for i in range(BASE)]
+    joints = [(BASE + i, BASE + j) for j in range(n) for i in range(j + 1)]
+    return upper + mixed + joints
+
+
+def _residual(robot: Robot, base: ca.SX, joints: ca.SX, target: ca.SX) -> ca.SX:
+    """(6,) position error [m] in the world, Gibbs vector of the orientation error."""
+    rotation, position = flange_function(robot)(joints)
+    cos, sin = ca.cos(base[3]), ca.sin(base[3])
+    yaw = ca.sparsify(ca.blockcat([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]]))
+    wanted = ca.reshape(target[:9], 3, 3)
+    error = (yaw.T @ wanted).T @ ca.sparsify(rotation)
+    skew = ca.vertcat(error[2, 1] - error[1, 2], error[0, 2] - error[2, 0], error[1, 0] - error[0, 1])
+    gibbs = skew / (1.0 + ca.trace(error))
+    return ca.vertcat(yaw @ ca.sparsify(position) + base[:3] - target[9:], gibbs)
+
+
+def target_numbers(targets: np.ndarray) -> np.ndarray:
+    """(12, m) parameters from flange targets (m, 4, 4) in the world."""
+    rotations = np.transpose(targets[:, :3, :3], (0, 2, 1)).reshape(len(targets), 9)
+    return np.concatenate([rotations, targets[:, :3, 3]], axis=1).T

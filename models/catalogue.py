@@ -94,7 +94,7 @@ def _source_puma() -> Robot:
         source="F. Ranjbaran, M.A.Sc. thesis, Concordia University, 1991: Table 4.1, with α4 and α5 from its (4.1)",
         licence="published table of numbers",
         notes=(
-            "The base frame is at shoulder height, where joint axes 1 and 2 meet, not at the floor or the mounting face.",
+            "The base frame is at shoulder height, where joint axes 1 and 2 meet, not at floor or mounting face.",
             "The mid-range reference has joint 5 at 0°, a wrist singularity; send a reference to steer away from it.",
         ),
     )

@@ -63,13 +63,16 @@ def chain(model: Any, joints: Iterable[int]) -> tuple[Floats, Floats]:
     """
     indices = list(joints)
     placements: Floats = np.array([model.jointPlacements[index].homogeneous for index in indices]).reshape(-1, 4, 4)
-    axes: Floats = np.array([_axis(model.joints[index].extract()) for index in indices]).reshape(-1, 3)
+    axes: Floats = np.array([_axis(model, index) for index in indices]).reshape(-1, 3)
     return placements, axes
 
 
-def _axis(joint: Any) -> Any:
-    """Axis of a revolute joint model; Pinocchio keeps it as a field only where it is no coordinate axis."""
-    return joint.axis if hasattr(joint, "axis") else joint.getMotionAxis()
+def _axis(model: Any, index: int) -> Any:
+    """Axis of a revolute joint: the angular part of its motion subspace, where every kind of joint has it."""
+    joint = model.joints[index]
+    data = joint.createData()
+    joint.calc(data, pin.neutral(model), np.zeros(model.nv))
+    return data.S[3:]
 
 
 def flange_placement(model: Any) -> Floats:

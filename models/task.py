@@ -48,7 +48,7 @@ def task_from_poses(poses: ArrayLike) -> Task:
     stack = np.asarray(poses, dtype=np.float64)
     if len(stack) < 2:
         raise InvalidTask(
-            f"a task has at least 2 poses, this one has {len(stack)}; for a part that stands still send its pose twice.",
+            f"a task has at least 2 poses, this one has {len(stack)}; for a part at rest send its pose twice.",
             "/poses",
         )
     if stack.ndim != 3 or stack.shape[1:] != (4, 4):

@@ -24,6 +24,7 @@ $(VENV)/.packages: requirements-dev.lock
 	  || { rm -rf $(VENV); echo "the venv module is missing: on Debian, apt-get install python3-venv"; exit 2; }
 	@echo "installing the locked packages into $(VENV) (1.5 GB on disk, a minute or two) ..."
 	@$(PIP) install --require-hashes -r requirements-dev.lock
+	@$(BIN)/python .ci/link_libgomp.py
 	@touch $@
 
 $(VENV)/.project: $(VENV)/.packages pyproject.toml

@@ -1,0 +1,153 @@
+"""One arm of a request as an arm of the models: robot, limits, reference and weights that fit together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from models import catalogue
+from models.arm import Arm as ModelArm
+from models.arm import BaseRegion, Interval, equal_weights, range_weights
+from models.arrays import Bools, Floats
+from models.closed_form import closed_form
+from models.dh import DhRow, robot_from_dh
+from models.posture import ELBOW, SHOULDER, WRIST
+from models.posture import Posture as ModelPosture
+from models.reference import mid_range
+from models.robot import Robot
+from service.convert_pose import pose_of
+from service.issues import Issues
+from service.limits import as_list
+from service.schemas.arm import Arm, Base, DhTable, Posture
+
+SLACK = 1e-9
+"""rad; a reference may differ from the limit it stands on in the last digit."""
+
+
+def arm_of(arm: Arm, pointer: str, robots: Mapping[str, Robot], issues: Issues) -> ModelArm | None:
+    """The arm, or None if issues had to be noted.
+
+    Args:
+        arm: as requested.
+        pointer: its place in the request.
+        robots: further robots by name, looked up before the catalogue.
+        issues: where to note what is wrong.
+    """
+    before = len(issues.found)
+    tool = pose_of(arm.tool, f"{pointer}/tool", issues)
+    grasp = pose_of(arm.grasp, f"{pointer}/grasp", issues)
+    robot = _robot(arm, pointer, robots, issues)
+    if robot is None:
+        return None
+    lower, upper = _limits(arm, robot, pointer, issues)
+    reference = _reference(arm, robot, (lower, upper), pointer, issues)
+    weights = _weights(arm, robot, (lower, upper), pointer, issues)
+    posture = _posture(arm.posture, robot, pointer, issues)
+    if len(issues.found) > before:
+        return None
+    return ModelArm(
+        name=arm.name,
+        robot=robot,
+        tool=tool,
+        grasp=grasp,
+        base=_region(arm.base),
+        lower=lower,
+        upper=upper,
+        reference=reference,
+        weights=weights,
+        posture=posture,
+        min_conditioning=arm.min_conditioning,
+    )
+
+
+def _robot(arm: Arm, pointer: str, robots: Mapping[str, Robot], issues: Issues) -> Robot | None:
+    """By name or from the table."""
+    with issues.at(f"{pointer}/robot"):
+        if not isinstance(arm.robot, DhTable):
+            return robots[arm.robot] if arm.robot in robots else catalogue.robot(arm.robot)
+        rows = [
+            DhRow(alpha=r.alpha, a=r.a, d=r.d, lower=r.lower, upper=r.upper, theta_offset=r.theta_offset)
+            for r in arm.robot.dh
+        ]
+        return robot_from_dh("dh", rows)
+    return None
+
+
+def _region(base: Base) -> BaseRegion:
+    """Where the base may stand."""
+    x, y, z, yaw = (Interval(min(pair), max(pair)) for pair in map(as_list, (base.x, base.y, base.z, base.yaw)))
+    return BaseRegion(x, y, z, yaw)
+
+
+def _fits(values: list[object], robot: Robot, pointer: str, issues: Issues) -> bool:
+    """Whether there is one value per joint."""
+    if len(values) == robot.dof:
+        return True
+    issues.add(
+        pointer,
+        f"{len(values)} values, but {robot.name} has {robot.dof} joints; one per joint is needed. "
+        f"The joints are {', '.join(robot.joint_names)}.",
+    )
+    return False
+
+
+def _limits(arm: Arm, robot: Robot, pointer: str, issues: Issues) -> tuple[Floats, Floats]:
+    """(n,) lower and upper limits in force."""
+    if arm.limits is None or not _fits([*arm.limits], robot, f"{pointer}/limits", issues):
+        return robot.lower, robot.upper
+    for joint, (low, high) in enumerate(arm.limits):
+        if low == high:
+            issues.add(
+                f"{pointer}/limits/{joint}",
+                f"Joint {robot.joint_names[joint]} may not move at all ([{low:g}, {high:g}] rad); "
+                "a lower limit below the upper one is needed. Widen it.",
+            )
+    pairs = np.array(arm.limits)
+    return pairs[:, 0], pairs[:, 1]
+
+
+def _reference(arm: Arm, robot: Robot, limits: tuple[Floats, Floats], pointer: str, issues: Issues) -> Floats:
+    """(n,) q*: the requested one, else the robot's where the limits in force admit it, else mid-range."""
+    lower, upper = limits
+    if arm.reference is None:
+        inside = (robot.reference >= lower) & (robot.reference <= upper)
+        return np.where(inside, robot.reference, mid_range(lower, upper))
+    if not _fits([*arm.reference], robot, f"{pointer}/reference", issues):
+        return robot.reference
+    reference = np.array(arm.reference)
+    outside: Bools = (reference < lower - SLACK) | (reference > upper + SLACK)
+    for joint in np.flatnonzero(outside):
+        issues.add(
+            f"{pointer}/reference/{joint}",
+            f"The reference {reference[joint]:.6g} rad of joint {robot.joint_names[joint]} lies outside its limits "
+            f"[{lower[joint]:.6g}, {upper[joint]:.6g}] rad. Choose a value inside, or change the limits.",
+        )
+    return reference
+
+
+def _weights(arm: Arm, robot: Robot, limits: tuple[Floats, Floats], pointer: str, issues: Issues) -> Floats:
+    """(n,) w of the objective."""
+    if isinstance(arm.weights, list):
+        return (
+            np.array(arm.weights) if _fits([*arm.weights], robot, f"{pointer}/weights", issues) else np.ones(robot.dof)
+        )
+    return range_weights(*limits) if arm.weights == "range" else equal_weights(*limits)
+
+
+def _posture(posture: Posture | None, robot: Robot, pointer: str, issues: Issues) -> ModelPosture:
+    """The signs that are asked for."""
+    if posture is None:
+        return ModelPosture()
+    wanted = ModelPosture(
+        shoulder=None if posture.shoulder is None else SHOULDER[posture.shoulder],  # type: ignore[arg-type]
+        elbow=None if posture.elbow is None else ELBOW[posture.elbow],  # type: ignore[arg-type]
+        wrist=None if posture.wrist is None else WRIST[posture.wrist],  # type: ignore[arg-type]
+    )
+    if not wanted.free and closed_form(robot) is None:
+        issues.add(
+            f"{pointer}/posture",
+            f"{robot.name} has no named postures: neither a spherical wrist nor three parallel axes. "
+            "Send null; steer it with a reference.",
+        )
+    return wanted

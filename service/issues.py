@@ -1,0 +1,92 @@
+"""What is wrong with a request: a list of places, each with a sentence that says what to do about it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from models.errors import InvalidInput
+
+MOST_SHOWN = 20
+"""Issues listed in one answer; a request with thousands of bad poses needs no thousands of sentences."""
+
+
+def shortened(value: object, most: int = 60) -> str:
+    """A value as it may be quoted in a sentence: never pages of it."""
+    text = repr(value) if not isinstance(value, (dict, list)) else type(value).__name__
+    return text if len(text) <= most else text[: most - 1] + "…"
+
+
+@dataclass(frozen=True, slots=True)
+class Issue:
+    """One thing that is wrong.
+
+    Attributes:
+        pointer: JSON pointer (RFC 6901) into the request; "" is the whole of it.
+        detail: what is wrong there, with the value, what is allowed and what to do.
+        code: stable name of the kind of issue.
+    """
+
+    pointer: str
+    detail: str
+    code: str = "invalid-request"
+
+
+class InvalidRequest(Exception):
+    """A request that cannot be carried out as it stands; it holds at least one issue."""
+
+    def __init__(self, issues: Sequence[Issue]) -> None:
+        super().__init__("; ".join(f"{issue.pointer}: {issue.detail}" for issue in issues[:MOST_SHOWN]))
+        self.issues = tuple(issues)
+
+    @property
+    def code(self) -> str:
+        """The code of its issues if they agree."""
+        codes = {issue.code for issue in self.issues}
+        return codes.pop() if len(codes) == 1 else "invalid-request"
+
+
+class _Place:
+    """A context that turns `InvalidInput` into an issue."""
+
+    def __init__(self, issues: Issues, pointer: str) -> None:
+        self._issues = issues
+        self._pointer = pointer
+
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> bool:
+        if not isinstance(error, InvalidInput):
+            return False
+        self._issues.add(self._pointer + error.pointer, error.detail, error.code)
+        return True
+
+
+class Issues:
+    """Collects issues, so that a request is answered with all of them and not with the first."""
+
+    def __init__(self) -> None:
+        self.found: list[Issue] = []
+
+    def add(self, pointer: str, detail: str, code: str = "invalid-request") -> None:
+        """Note an issue."""
+        self.found.append(Issue(pointer, detail, code))
+
+    def at(self, pointer: str) -> _Place:
+        """A block in which what the models refuse is noted under ``pointer``; the block is left at that point."""
+        return _Place(self, pointer)
+
+    def raise_any(self) -> None:
+        """Give up if anything was found.
+
+        Raises:
+            InvalidRequest: something was.
+        """
+        if self.found:
+            raise InvalidRequest(self.found)
+
+
+def pointer_of(parts: Sequence[str | int]) -> str:
+    """JSON pointer of a path of keys and indices."""
+    return "".join("/" + str(part).replace("~", "~0").replace("/", "~1") for part in parts)

@@ -1,0 +1,1 @@
+"""What goes over the wire: strict models of requests, descriptions of answers."""

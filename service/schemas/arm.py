@@ -1,0 +1,133 @@
+"""An arm of a request: robot, tool, grasp, where its base may stand and what it should prefer."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Annotated, Any, Literal
+
+from pydantic import Discriminator, Field, Tag
+
+from service.schemas.base import TAG, Interval, Label, Strict
+from service.schemas.pose import IDENTITY, Pose
+
+
+def _number_or_interval(value: Any) -> str:
+    return f"{TAG}interval" if isinstance(value, list) else f"{TAG}number"
+
+
+def _word_or_list(value: Any) -> str:
+    return f"{TAG}list" if isinstance(value, list) else f"{TAG}word"
+
+
+def _name_or_table(value: Any) -> str:
+    return f"{TAG}table" if isinstance(value, (dict, DhTable)) else f"{TAG}name"
+
+
+Allowed = Annotated[
+    Annotated[float, Tag("@number")] | Annotated[Interval, Tag("@interval")], Discriminator(_number_or_interval)
+]
+"""A fixed value or the interval to choose from."""
+
+Weights = Annotated[
+    Annotated[Literal["range", "equal"], Tag("@word")] | Annotated[list[Annotated[float, Field(ge=0.0)]], Tag("@list")],
+    Discriminator(_word_or_list),
+]
+
+
+class Base(Strict):
+    """Where the base may stand in the world; each value a number (fixed) or [low, high]."""
+
+    x: Allowed = Field(description="m, of the origin of the base frame.", examples=[[-1.0, 1.0]])
+    y: Allowed = Field(description="m.", examples=[[0.0, 2.0]])
+    z: Allowed = Field(description="m.", examples=[0.0])
+    yaw: Allowed = Field(
+        description="rad about the vertical. Counts modulo 2π: an interval 2π wide or wider is free, the reported yaw "
+        "lies in the given interval.",
+        examples=[[-pi, pi]],
+    )
+
+
+class DhRow(Strict):
+    """One revolute joint in standard Denavit-Hartenberg terms: Rot(z, θ) Trans(z, d) Trans(x, a) Rot(x, α)."""
+
+    alpha: float = Field(description="Twist α in rad.", examples=[-pi / 2])
+    a: float = Field(description="Length a in m.", examples=[0.4318])
+    d: float = Field(description="Offset d in m.", examples=[0.1491])
+    theta_offset: float = Field(default=0.0, description="rad, added to the joint value to give θ.", examples=[pi / 2])
+    lower: float = Field(description="Lower limit of the joint value in rad.", examples=[-2.79])
+    upper: float = Field(description="Upper limit of the joint value in rad.", examples=[2.79])
+
+
+class DhTable(Strict):
+    """A robot by its table."""
+
+    dh: list[DhRow] = Field(
+        min_length=1,
+        description="One row per joint, from the base to the flange; six or seven joints.",
+        examples=[[{"alpha": -pi / 2, "a": 0.0, "d": 0.4, "lower": -2.9, "upper": 2.9}]],
+    )
+
+
+Robot = Annotated[Annotated[Label, Tag("@name")] | Annotated[DhTable, Tag("@table")], Discriminator(_name_or_table)]
+
+
+class Posture(Strict):
+    """The branch of the inverse kinematics that is wanted; what is left out or null is free."""
+
+    shoulder: Literal["left", "right"] | None = Field(
+        default=None, description="Side of the shoulder.", examples=["left"]
+    )
+    elbow: Literal["up", "down"] | None = Field(default=None, description="Elbow up or down.", examples=["up"])
+    wrist: Literal["flip", "noflip"] | None = Field(
+        default=None, description="Sign of the wrist; puma560: flip is θ5 < 0.", examples=["noflip"]
+    )
+
+
+class Arm(Strict):
+    """One of the arms that carry the object."""
+
+    name: Label = Field(min_length=1, description="Label, unique in the request.", examples=["main"])
+    robot: Robot = Field(
+        description="Name of a robot of `GET /v1/robots`, or a Denavit-Hartenberg table.", examples=["puma560"]
+    )
+    tool: Pose = Field(
+        default=IDENTITY,
+        description="Tool centre point (TCP) in the flange frame.",
+        examples=[{"position": [0.0, 0.0, 0.12], "orientation": {"quaternion": [0.0, 0.0, 0.0, 1.0]}}],
+    )
+    grasp: Pose = Field(
+        description="TCP in the object frame: where and how the arm holds the object.",
+        examples=[{"position": [-0.06, -0.015, -0.02], "orientation": {"quaternion": [0.5, 0.5, 0.5, 0.5]}}],
+    )
+    base: Base = Field(
+        description="Where the base may stand.",
+        examples=[{"x": [-1.0, 1.0], "y": [0.0, 2.0], "z": 0.0, "yaw": [-pi, pi]}],
+    )
+    reference: list[float] | None = Field(
+        default=None,
+        description="q* of the objective in rad, one value per joint, inside the limits. null: the robot's own "
+        "reference, usually mid-range. It does not restrict the posture.",
+        examples=[[0.17, -0.39, 2.7, 0.52, 0.17, 0.17]],
+    )
+    weights: Weights = Field(
+        default="range",
+        description="Weights of the objective: 'range' (8.8), 'equal', or one number >= 0 per joint. Joints without "
+        "limits weigh 0 unless numbers are given.",
+        examples=["range"],
+    )
+    posture: Posture | None = Field(
+        default=None, description="Wanted posture; null: the best.", examples=[{"shoulder": "left", "elbow": "up"}]
+    )
+    limits: list[Interval] | None = Field(
+        default=None,
+        description="Joint limits [lower, upper] in rad, one pair per joint; null: the robot's own.",
+        examples=[[[-2.79, 2.79], [-3.22, 0.78], [-0.78, 3.92], [-1.91, 2.96], [-1.74, 1.74], [-4.64, 4.64]]],
+    )
+    min_conditioning: float | None = Field(
+        default=None,
+        ge=0.0,
+        le=1.0,
+        description="Smallest allowed σmin/σmax of the Jacobian along the path; null: only reported. A layout near a "
+        "singularity is useless however large its margins.",
+        examples=[0.05],
+    )

@@ -1,0 +1,74 @@
+"""What all schemas share: strictness, and the number types of the wire."""
+
+from __future__ import annotations
+
+import unicodedata
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, model_validator
+from pydantic_core import PydanticCustomError
+
+TAG = "@"
+"""First letter of the tags of unions; such parts of an error location are no part of the document."""
+
+
+class Strict(BaseModel):
+    """A part of a request: nothing is converted (whole numbers count as numbers), nothing unknown is accepted."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _know_every_field(cls, value: Any) -> Any:
+        """Refuse unknown fields here, where their right names are known, rather than by pydantic's own check."""
+        if isinstance(value, dict):
+            unknown = [key for key in value if key not in cls.model_fields]
+            if unknown:
+                raise PydanticCustomError(
+                    "unknown_field", "unknown field", {"unknown": unknown, "allowed": list(cls.model_fields)}
+                )
+        return value
+
+
+class Answer(BaseModel):
+    """A part of an answer. No field has a default, so that a generated client sees every field as present."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+def exactly_one_of(*names: str) -> Discriminator:
+    """Chooses the member of a union by the one of ``names`` that is given; the member's tag is ``TAG`` + name."""
+
+    def choose(value: Any) -> str | None:
+        fields = value if isinstance(value, dict) else type(value).model_fields if isinstance(value, Strict) else ()
+        given = [name for name in names if name in fields]
+        return TAG + given[0] if len(given) == 1 else None
+
+    return Discriminator(
+        choose,
+        custom_error_type="one_of",
+        custom_error_message="exactly one of several fields is needed",
+        custom_error_context={"choices": ", ".join(names)},
+    )
+
+
+def _ordered(interval: list[float]) -> list[float]:
+    """Refuse [high, low]."""
+    low, high = interval
+    if low > high:
+        raise PydanticCustomError("interval_order", "low above high", {"low": low, "high": high})
+    return interval
+
+
+def _printable(text: str) -> str:
+    """Refuse control characters: labels end up in tables, drawings and logs."""
+    if any(unicodedata.category(letter) == "Cc" for letter in text):
+        raise PydanticCustomError("control_characters", "control characters")
+    return text
+
+
+Vector3 = Annotated[list[float], Field(min_length=3, max_length=3)]
+Vector4 = Annotated[list[float], Field(min_length=4, max_length=4)]
+Matrix3 = Annotated[list[Vector3], Field(min_length=3, max_length=3)]
+Interval = Annotated[list[float], Field(min_length=2, max_length=2), AfterValidator(_ordered)]
+Label = Annotated[str, Field(max_length=200), AfterValidator(_printable)]

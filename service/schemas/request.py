@@ -1,0 +1,83 @@
+"""The request for a layout."""
+
+from __future__ import annotations
+
+from math import pi
+from typing import Any, Literal
+
+from pydantic import ConfigDict, Field
+
+from service.schemas.arm import Arm
+from service.schemas.base import Label, Strict
+from service.schemas.task import LINE, Task
+
+PI_AS_PRINTED = 3.1416
+"""Largest accepted max_joint_step: π, rounded up as people write it."""
+
+Baseline = Literal["interior-penalty", "interior-penalty-log", "exterior-penalty"]
+
+_REFERENCE = [0.1745, -0.3927, 2.7053, 0.5236, 0.1745, 0.1745]
+EXAMPLE: dict[str, Any] = {
+    "name": "two arms carry a part along a line",
+    "task": {"line": LINE},
+    "arms": [
+        {
+            "name": "main",
+            "robot": "puma560",
+            "grasp": {"position": [-0.06, -0.015, -0.02], "orientation": {"quaternion": [0.5, 0.5, 0.5, 0.5]}},
+            "base": {"x": [-0.3, 2.1], "y": [-0.7, 1.7], "z": 0.0, "yaw": [-3.1416, 3.1416]},
+            "reference": _REFERENCE,
+        },
+        {
+            "name": "follower",
+            "robot": "puma560",
+            "grasp": {"position": [0.06, 0.015, 0.02], "orientation": {"quaternion": [0.5, 0.5, -0.5, -0.5]}},
+            "base": {"x": [-0.3, 2.1], "y": [-0.7, 1.7], "z": 0.0, "yaw": [-3.1416, 3.1416]},
+            "reference": _REFERENCE,
+        },
+    ],
+    "max_joint_step": 1.5708,
+    "certificate": {"gap": 0.01, "time_limit": 10.0},
+}
+"""A complete request; the tests send it."""
+
+
+class Certificate(Strict):
+    """How hard to prove that no base scores better."""
+
+    gap: float = Field(
+        default=0.01,
+        gt=0.0,
+        le=1.0,
+        description="Stop once (objective - lower_bound) / objective is this small.",
+        examples=[0.01],
+    )
+    time_limit: float = Field(default=10.0, gt=0.0, description="Stop after this many seconds.", examples=[10.0])
+
+
+class LayoutRequest(Strict):
+    """Find the base placements that keep all joints nearest to their references along the task."""
+
+    model_config = ConfigDict(json_schema_extra={"examples": [EXAMPLE]})
+
+    name: Label = Field(default="", description="Label of the layout.", examples=["line"])
+    task: Task = Field(description="What the object does: exactly one of poses, line, arc.", examples=[{"line": LINE}])
+    arms: list[Arm] = Field(
+        min_length=1, description="The arms that carry the object together.", examples=[EXAMPLE["arms"]]
+    )
+    max_joint_step: float = Field(
+        default=pi / 2,
+        gt=0.0,
+        le=PI_AS_PRINTED,
+        description="rad: largest change of any joint between consecutive poses, at most π.",
+        examples=[1.5708],
+    )
+    certificate: Certificate | None = Field(
+        default=None, description="Ask for a proof of optimality; null: none.", examples=[EXAMPLE["certificate"]]
+    )
+    baselines: list[Baseline] = Field(
+        default=[],
+        max_length=3,
+        description="Methods of the literature to run beside, for comparison.",
+        examples=[["interior-penalty"]],
+    )

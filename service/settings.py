@@ -1,0 +1,46 @@
+"""Settings of the service, from environment variables ``DUOCELL_*`` or flags of the command line."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from pydantic import Field
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+
+def usable_cores() -> int:
+    """Cores this process may run on (a container is often given fewer than the machine has)."""
+    return len(os.sched_getaffinity(0))
+
+
+class Limits(BaseSettings):
+    """How large a request may be; beyond these a request is refused with advice."""
+
+    model_config = SettingsConfigDict(env_prefix="DUOCELL_", extra="ignore")
+
+    max_body: int = Field(default=8_000_000, gt=0, description="bytes of a request body")
+    max_poses: int = Field(default=5000, ge=2, description="poses of a task")
+    max_arms: int = Field(default=8, ge=1, description="arms of a cell")
+    max_coordinate: float = Field(default=1e4, gt=0.0, description="m, size of any coordinate")
+    max_angle: float = Field(default=63.0, gt=0.0, description="rad, size of a joint limit or yaw: ten turns")
+    max_certificate_time: float = Field(default=600.0, gt=0.0, description="s, certificate.time_limit")
+
+
+class Settings(Limits):
+    """Everything that can be set from outside.
+
+    ``time_limit`` is soft: the optimizer returns the best point so far. A worker that has not answered
+    ``grace`` seconds after every soft limit has passed is killed.
+    """
+
+    host: str = Field(default="127.0.0.1", description="address to listen on")
+    port: int = Field(default=8080, ge=0, le=65535, description="port to listen on; 0 takes a free one")
+    workers: int = Field(default_factory=usable_cores, ge=1, le=256, description="solves at the same time")
+    data_dir: Path = Field(default=Path("data"), description="folder for what has to survive a restart")
+    time_limit: float = Field(default=60.0, gt=0.0, description="s, soft limit of one solve without its certificate")
+    grace: float = Field(default=10.0, gt=0.0, description="s beyond the soft limits before a worker is killed")
+    max_queued: int = Field(default=64, ge=0, description="jobs that may wait for a worker")
+    max_wait: float = Field(default=60.0, ge=0.0, description="s, cap of Prefer: wait")
+    keep_jobs: int = Field(default=1000, ge=1, description="finished jobs that are remembered")
+    self_test_every: float = Field(default=10.0, gt=0.0, le=25.0, description="s between self-tests")

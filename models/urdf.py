@@ -44,7 +44,7 @@ def robot_from_urdf(path: Path | str, base_link: str | None = None, tip: str | N
         path: the file.
         base_link: link that becomes the base frame; default: the root of the file.
         tip: link that becomes the flange frame; default: the end of the longest chain of turning joints, and among
-            equals the one with most links, then the first in the file.
+            equals the one with most links, then the first by name.
 
     Raises:
         InvalidRobot: unreadable file, no valid URDF, unknown links, a chain with sliding, mimicking or other
@@ -97,7 +97,7 @@ def _way(model: Any, base: int, tip: int) -> _Path:
 def _longest(model: Any, base: int, links: dict[str, int], unusable: dict[str, str]) -> _Path:
     """The longest chain of turning joints below the base link."""
     ways = []
-    for link in links.values():
+    for _, link in sorted(links.items()):
         try:
             way = _way(model, base, link)
         except InvalidRobot:

@@ -28,7 +28,8 @@ def posed(point: tuple[float, float, float], angles: tuple[float, float, float] 
 
 
 def steps(task: Task) -> Floats:
-    return np.linalg.norm(np.diff(task.poses[:, :3, 3], axis=0), axis=1)
+    lengths: Floats = np.linalg.norm(np.diff(task.poses[:, :3, 3], axis=0), axis=1)
+    return lengths
 
 
 def turns(task: Task) -> Floats:

@@ -28,7 +28,7 @@ RUN apt-get update -qq && apt-get install -y -qq --no-install-recommends libgomp
     && rm -rf /var/lib/apt/lists/*
 COPY LICENSE NOTICE /usr/share/doc/duocell/
 COPY examples /usr/share/doc/duocell/examples
-RUN useradd --system --uid 10001 --create-home --home-dir /var/lib/duocell duocell
+RUN useradd --uid 10001 --shell /usr/sbin/nologin --create-home --home-dir /var/lib/duocell duocell
 COPY --from=build /opt/duocell /opt/duocell
 # One thread per process: IPOPT gains nothing from more, and the workers would compete for the cores.
 ENV PATH=/opt/duocell/bin:$PATH \

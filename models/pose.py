@@ -7,7 +7,7 @@ The formats accepted from users are checked here and nowhere else; see "Poses an
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import pi
+from math import hypot, pi
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -112,7 +112,7 @@ def rotation_from_quaternion(quaternion: Sequence[float] | Floats) -> Floats:
         InvalidRotation: its length is not within 1e-3 of one.
     """
     q = _numbers(quaternion, (4,), "quaternion [x, y, z, w]")
-    length = float(np.linalg.norm(q))
+    length = hypot(*q)
     if abs(length - 1.0) > TOLERANCE:
         advice = "No rotation at all is [0, 0, 0, 1]." if length < TOLERANCE else "Normalise it."
         raise InvalidRotation(

@@ -18,6 +18,9 @@ from models.pose import HALF_TURN_TOLERANCE, interpolate_rotations, rotation_abo
 LENGTH_TOLERANCE = 1e-6
 """m; how far arc data may contradict themselves (radii of both ends, chord against normal)."""
 
+FARTHEST = 1e6
+"""m; coordinates beyond are mistakes, and would overflow sooner or later."""
+
 
 @dataclass(frozen=True, eq=False)
 class Task:
@@ -59,6 +62,9 @@ def task_from_poses(poses: ArrayLike) -> Task:
     if not rigid.all():
         j = int(np.argmin(rigid))
         raise InvalidTask(f"pose {j} is no rigid transform of finite numbers.", f"/poses/{j}")
+    far = np.abs(stack[:, :3, 3]).max(axis=1) > FARTHEST
+    if far.any():
+        raise _too_far(f"/poses/{int(np.argmax(far))}/position")
     return Task(stack)
 
 
@@ -74,7 +80,7 @@ def line(start: Floats, end: Floats, count: int) -> Task:
         InvalidTask: fewer than two poses, numbers that are not finite, or orientations 180° apart.
     """
     fractions = _fractions(count)
-    _check_finite(start, end)
+    _check_ends(start, end)
     positions = (1.0 - fractions)[:, None] * start[:3, 3] + fractions[:, None] * end[:3, 3]
     return Task(transform(_orientations(start, end, fractions), positions))
 
@@ -94,7 +100,7 @@ def arc_through_center(start: Floats, end: Floats, center: ArrayLike, count: int
     """
     fractions = _fractions(count)
     middle = _vector(center, "center")
-    _check_finite(start, end)
+    _check_ends(start, end)
     u, v = start[:3, 3] - middle, end[:3, 3] - middle
     first, last = float(np.linalg.norm(u)), float(np.linalg.norm(v))
     if abs(first - last) > LENGTH_TOLERANCE:
@@ -131,11 +137,11 @@ def arc_about_normal(start: Floats, end: Floats, radius: float, normal: ArrayLik
     """
     fractions = _fractions(count)
     axis = _vector(normal, "normal")
-    _check_finite(start, end)
+    _check_ends(start, end)
     chord = end[:3, 3] - start[:3, 3]
     distance = _check_chord(start, end)
     size = float(np.linalg.norm(axis))
-    if size == 0.0:
+    if size < 1e-9:
         raise InvalidTask(
             "the normal is zero; give the direction about which the arc turns, e.g. [0, 0, 1].", "/normal"
         )
@@ -185,18 +191,27 @@ def _fractions(count: int) -> Floats:
 
 
 def _vector(values: ArrayLike, name: str) -> Floats:
-    """Three finite numbers."""
+    """Three finite numbers of sensible size."""
     vector = np.asarray(values, dtype=np.float64)
     if vector.shape != (3,) or not np.all(np.isfinite(vector)):
         raise InvalidTask(f"{name} must be three finite numbers.", f"/{name}")
+    if np.abs(vector).max() > FARTHEST:
+        raise _too_far(f"/{name}")
     return vector
 
 
-def _check_finite(start: Floats, end: Floats) -> None:
-    """Refuse poses with infinities or NaN."""
+def _check_ends(start: Floats, end: Floats) -> None:
+    """Refuse poses with infinities, NaN or absurd positions."""
     for name, pose in (("start", start), ("end", end)):
         if not np.all(np.isfinite(pose)):
             raise InvalidTask(f"{name} holds a number that is not finite.", f"/{name}")
+        if np.abs(pose[:3, 3]).max() > FARTHEST:
+            raise _too_far(f"/{name}/position")
+
+
+def _too_far(pointer: str) -> InvalidTask:
+    """The error for coordinates beyond `FARTHEST`."""
+    return InvalidTask(f"a coordinate is beyond {FARTHEST:g} m, far outside any cell. Lengths are metres.", pointer)
 
 
 def _check_chord(start: Floats, end: Floats) -> float:

@@ -121,8 +121,8 @@ def test_matrix_with_printed_digits_becomes_a_rotation_nearby(angles: tuple[floa
 
 
 def test_matrix_of_the_source_with_three_digits_is_accepted() -> None:
-    rows = [[-1, 0, 0], [0, -0.707, -0.707], [0, -0.707, 0.707]]
-    assert float(pose.rotation_angle(pose.rotation_from_matrix(rows).T @ np.array(rows))) < 1e-3
+    rows = np.array([[-1.0, 0.0, 0.0], [0.0, -0.707, -0.707], [0.0, -0.707, 0.707]])
+    assert float(pose.rotation_angle(pose.rotation_from_matrix(rows).T @ rows)) < 1e-3
 
 
 def test_left_handed_matrix_is_named_so() -> None:
@@ -150,7 +150,7 @@ def test_quaternion_of_nearly_unit_length_is_normalised(length: float) -> None:
     assert close(pose.rotation_from_quaternion(q), Rotation.from_quat(q).as_matrix())
 
 
-@pytest.mark.parametrize("length", [0.0, 0.998, 1.002, 2.0])
+@pytest.mark.parametrize("length", [0.0, 1e-320, 0.998, 1.002, 2.0, 1e308])
 def test_quaternion_of_other_length_is_refused(length: float) -> None:
     with pytest.raises(InvalidRotation, match="length"):
         pose.rotation_from_quaternion([0.0, 0.0, 0.0, length])

@@ -128,6 +128,7 @@ OPPOSITE = transform(rotation_about((1.0, 0.0, 0.0), pi), [0.0, 1.0, 0.5])
 ABOVE = transform(np.eye(3), [0.0, 1.0, 0.6])
 ACROSS = transform(np.eye(3), [-1.0, 0.0, 0.5])
 NOWHERE = transform(np.eye(3), [np.inf, 0.0, 0.0])
+FAR = transform(np.eye(3), [0.0, -1e308, 0.0])
 CENTER = [0.0, 0.0, 0.5]
 UP = [0.0, 0.0, 1.0]
 
@@ -151,6 +152,10 @@ UP = [0.0, 0.0, 1.0]
         ("/radius", "too small", lambda: arc_about_normal(START, END, 0.7, UP, 5)),
         ("/radius", "too small", lambda: arc_about_normal(START, END, -1.0, UP, 5)),
         ("/radius", "too small", lambda: arc_about_normal(START, END, np.nan, UP, 5)),
+        ("/end/position", "Lengths are metres", lambda: line(START, FAR, 5)),
+        ("/start/position", "Lengths are metres", lambda: arc_through_center(FAR, END, CENTER, 5)),
+        ("/normal", "Lengths are metres", lambda: arc_about_normal(START, END, 1.0, [0.0, 0.0, 1e200], 5)),
+        ("/poses/1/position", "Lengths are metres", lambda: task_from_poses([START, FAR])),
         ("/poses", "at least 2", lambda: task_from_poses([])),
         ("/poses", "at least 2", lambda: task_from_poses([np.eye(4)])),
         ("/poses", "4x4", lambda: task_from_poses(np.zeros((3, 3)))),

@@ -56,3 +56,24 @@ def pose_error(rotations: Floats, positions: Floats, target: Floats) -> Floats:
     angle = np.arctan2(sine, 0.5 * (np.trace(error, axis1=-2, axis2=-1) - 1.0))
     scale = np.where(sine > 1e-9, angle / np.maximum(sine, 1e-300), 1.0)
     return np.concatenate([target[..., :3, 3] - positions, skew * scale[..., None]], axis=-1)
+
+
+def conditioning_of(chain: Chain, tool: Floats, q: Floats, length: float) -> Floats:
+    """Reciprocal condition numbers as `models.kinematics.conditioning`, for many postures at once.
+
+    Args:
+        chain: screw axes.
+        tool: (4, 4) TCP in the flange frame.
+        q: (K, n) rad.
+        length: m, divides the linear rows.
+
+    Returns:
+        (K,) σmin/σmax.
+    """
+    rotations, _, jacobians = forward_and_jacobian(chain, q)
+    offset = rotations @ tool[:3, 3]
+    jacobians[:, :3] += np.cross(jacobians[:, 3:], offset[:, :, None], axis=1)
+    jacobians[:, :3] /= length
+    sigma = np.linalg.svd(jacobians, compute_uv=False)
+    ratio: Floats = sigma[:, -1] / sigma[:, 0]
+    return ratio

@@ -12,13 +12,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arm import TURN, Arm
-from models.arrays import Bools, Floats
-from models.branches import solve_branches
+from models.arm import Arm
+from models.arrays import Bools, Floats, Ints
+from models.branches import Branches, solve_branches, solve_signed
 from models.cell import Cell
 from models.chain import chain_of
 from models.closed_form import ClosedForm, closed_form
 from models.posture import ALL_SIGNS
+from optimizer.paths import choose_yaw, lift, unwrap
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -99,84 +100,26 @@ def evaluate(problem: ReducedProblem, positions: Floats) -> Paths:
     Returns:
         Paths; postures the request excludes have an infinite violation.
     """
+    seen = problem.positions - positions[:, None, :]
+    paths = _paths(problem, solve_branches(problem.form, problem.rotations, seen))
+    paths.jump[~problem.postures] = np.inf
+    return paths
+
+
+def evaluate_signed(problem: ReducedProblem, positions: Floats, signs: Ints) -> Paths:
+    """As `evaluate` for one given posture per position: ``signs`` (N, 3); arrays have 1 in place of 8."""
+    seen = problem.positions - positions[:, None, :]
+    return _paths(problem, solve_signed(problem.form, problem.rotations, seen, signs))
+
+
+def _paths(problem: ReducedProblem, branches: Branches) -> Paths:
     arm = problem.arm
-    branches = solve_branches(problem.form, problem.rotations, problem.positions - positions[:, None, :])
-    joints, step = _unwrapped(branches.joints)
+    joints, step = unwrap(branches.joints)
     beyond = np.zeros(step.shape[1:])
     for i in range(1, 6):
-        beyond += _lift(joints[i], arm.lower[i], arm.upper[i], arm.reference[i])
-    yaw, out = _choose_yaw(problem, joints[0])
-    beyond += out
+        beyond += lift(joints[i], arm.lower[i], arm.upper[i], arm.reference[i])
+    yaw, out = choose_yaw(joints[0], arm.lower[0], arm.upper[0], arm.reference[0], arm.base, problem.sigma)
     error = joints - arm.reference[:, None, None, None]
     objective = np.einsum("i,ikNm,ikNm->kN", arm.weights, error, error, optimize=False)
     jump = np.maximum(np.max(step, axis=0) - problem.max_step, 0.0)
-    jump[~problem.postures] = np.inf
-    return Paths(joints, yaw, objective, np.sum(branches.missing, axis=-1), beyond, jump)
-
-
-def _unwrapped(joints: Floats) -> tuple[Floats, Floats]:
-    """(continuous joints (6, 8, N, m), largest step (6, 8, N)): every step is taken the short way round."""
-    steps = np.diff(joints, axis=-1)
-    turns = np.round(steps / TURN)
-    steps -= TURN * turns
-    joints[..., 1:] -= TURN * np.cumsum(turns, axis=-1)
-    return joints, np.max(np.abs(steps), axis=-1, initial=0.0)
-
-
-def _lift(path: Floats, lower: float, upper: float, reference: float) -> Floats:
-    """Shift each path (..., m) in place by the 2π multiple that costs least inside the limits.
-
-    The cost is a convex quadratic of the shift, so the nearest allowed multiple to its minimiser is the best one.
-
-    Returns:
-        (...) rad, what sticks out of the limits.
-    """
-    wanted = np.round((reference - np.mean(path, axis=-1)) / TURN)
-    if not np.isfinite(upper - lower):
-        path += TURN * wanted[..., None]
-        return np.zeros(path.shape[:-1])
-    low, high = np.min(path, axis=-1), np.max(path, axis=-1)
-    first, last = np.ceil((lower - low) / TURN - 1e-12), np.floor((upper - high) / TURN + 1e-12)
-    centred = np.round((0.5 * (lower + upper) - 0.5 * (low + high)) / TURN)
-    lifts = np.where(first <= last, np.clip(wanted, first, last), centred)
-    path += TURN * lifts[..., None]
-    low, high = low + TURN * lifts, high + TURN * lifts
-    return np.maximum(lower - low, 0.0) + np.maximum(high - upper, 0.0)
-
-
-def _choose_yaw(problem: ReducedProblem, path: Floats) -> tuple[Floats, Floats]:
-    """Shift joint 1 (8, N, m) in place by the best yaw and 2π lift; (yaw, what sticks out of the limits), both (8, N)."""
-    arm, region, sigma = problem.arm, problem.arm.base, problem.sigma
-    first = path[..., 0].copy()
-    wanted = arm.reference[0] - np.mean(path, axis=-1)
-    low = np.broadcast_to(arm.lower[0], wanted.shape) - np.min(path, axis=-1)
-    high = np.broadcast_to(arm.upper[0], wanted.shape) - np.max(path, axis=-1)
-    shift = np.where(low <= high, np.clip(wanted, low, high), 0.5 * (low + high))
-    if not region.yaw_free:
-        start = min(-sigma * region.yaw.low, -sigma * region.yaw.high)
-        shift = _nearest_allowed(shift, low, high, start, region.yaw.width)
-    path += shift[..., None]
-    beyond = np.maximum(low - shift, 0.0) + np.maximum(shift - high, 0.0)
-    yaw = -sigma * (path[..., 0] - first)
-    return region.yaw.low + _modulo(yaw - region.yaw.low, region.yaw.width), beyond
-
-
-def _nearest_allowed(shift: Floats, low: Floats, high: Floats, start: float, width: float) -> Floats:
-    """The best shift of joint 1 in ``[start, start + width] + 2πk``: nearest to ``shift``, inside (low, high) if possible."""
-    turn = np.floor((shift - start) / TURN)
-    before = np.minimum(shift, start + TURN * turn + width)
-    after = start + TURN * (turn + 1.0)
-    outside_before = np.maximum(low - before, 0.0) + np.maximum(before - high, 0.0)
-    outside_after = np.maximum(low - after, 0.0) + np.maximum(after - high, 0.0)
-    worse = (outside_before > outside_after) | (
-        (outside_before == outside_after) & (np.abs(before - shift) > np.abs(after - shift))
-    )
-    return np.where(worse, after, before)
-
-
-def _modulo(offset: Floats, width: float) -> Floats:
-    """``offset`` modulo 2π in [0, width]; rounding that falls just outside is pulled back to the nearer end."""
-    wrapped = np.mod(offset, TURN)
-    past = wrapped > min(width, TURN)
-    nearer_start = TURN - wrapped < wrapped - width
-    return np.where(past, np.where(nearer_start, 0.0, min(width, TURN)), wrapped)
+    return Paths(joints, yaw, objective, np.sum(branches.missing, axis=-1), beyond + out, jump)

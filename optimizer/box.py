@@ -1,0 +1,78 @@
+"""Where a base can stand at all: the allowed region cut down to what every pose leaves within reach."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from scipy.stats import qmc
+
+from models.arm import Arm
+from models.arrays import Floats
+from models.cell import Cell
+from models.chain import chain_of
+from models.closed_form import ClosedForm, closed_form
+from models.kinematics import reach
+
+SLACK = 1e-6
+"""m, so that rounding never cuts off a base that just reaches."""
+
+
+def reach_windows(cell: Cell, arm: Arm) -> Floats:
+    """(m, 3, 2) m: for every pose a box that holds each base position (x, y, z) from which the pose is within reach.
+
+    Sound whatever the joint limits: a base outside is out of reach for sure.
+    """
+    targets = cell.flange_targets(arm)
+    form = closed_form(arm.robot)
+    if form is not None and chain_of(arm.robot).vertical_sign:
+        centre = targets[:, :3, 3] + targets[:, :3, :3] @ form.wrist_in_flange
+        half, lift = _wrist_reach(form)
+        centre = centre - np.array([0.0, 0.0, lift])
+    else:
+        centre = targets[:, :3, 3]
+        half = np.full(3, reach(arm.robot))
+    half = half + SLACK
+    return np.stack([centre - half, centre + half], axis=-1)
+
+
+def _wrist_reach(form: ClosedForm) -> tuple[Floats, float]:
+    """Largest distance of W from axis 1 (twice) and from the shoulder's height (3,) m; that height in the base frame."""
+    plane = form.planar
+    links = plane.upper + plane.fore + float(np.hypot(*plane.hand))
+    across = float(np.hypot(form.offset, abs(plane.shoulder[0]) + links))
+    lift = float(form.origin[2] + plane.shoulder[1] * form.up[2])
+    lean = abs(float(form.n[2])) * form.offset  # an axis 2 that is not level adds a little
+    return np.array([across, across, links + lean]), lift
+
+
+def search_box(cell: Cell, arm: Arm) -> Floats:
+    """(3, 2) m: bounds of x, y, z worth searching; some low > high where no base reaches every pose."""
+    windows = reach_windows(cell, arm)
+    region = arm.base.bounds[:3]
+    low = np.maximum(region[:, 0], np.max(windows[:, :, 0], axis=0))
+    high = np.minimum(region[:, 1], np.min(windows[:, :, 1], axis=0))
+    return np.stack([low, high], axis=-1)
+
+
+def spread(box: Floats, count: int, seed: int) -> Floats:
+    """(k, d) points spread evenly over a box (d, 2), fixed coordinates kept: Sobol's sequence, scrambled by ``seed``.
+
+    ``count`` should be a power of two; a box of a single point gives that point.
+    """
+    width = box[:, 1] - box[:, 0]
+    free = width > 0.0
+    dimension = int(np.sum(free))
+    if dimension == 0:
+        return box[:, 0][None, :].copy()
+    points = np.tile(box[:, 0], (count, 1))
+    points[:, free] += _unit_points(dimension, count, seed) * width[free]
+    return points
+
+
+@lru_cache(maxsize=64)
+def _unit_points(dimension: int, count: int, seed: int) -> Floats:
+    """(count, dimension) in [0, 1)."""
+    points: Floats = qmc.Sobol(dimension, scramble=True, rng=seed).random(count)
+    points.setflags(write=False)
+    return points

@@ -1,0 +1,116 @@
+"""Branch choice along the path for arms without a posture index: a shortest path through the layers of branches.
+
+Every pose has a layer of inverse-kinematics branches (for a redundant arm: of sampled ones). A path takes one branch
+per pose; consecutive ones must be within the allowed joint step. The cheapest path is found by dynamic programming
+over the layers, and then unwrapped, lifted and given its best yaw like any other (`optimizer.paths`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.arm import TURN, Arm
+from models.arrays import Floats
+from models.cell import Cell
+from models.chain import chain_of
+from models.inverse import branches
+from models.pose import inverse, rotation_z, transform
+from optimizer.paths import choose_yaw, lift, unwrap
+
+BEYOND = 100.0
+"""Cost of a radian outside the limits in the choice of branches: such a path may still be repaired."""
+LEAP = 1e4
+"""Cost of a step that is too long, per radian beyond the allowed one."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LayeredPath:
+    """A continuous path of an arm standing at one place.
+
+    Attributes:
+        position: (3,) m. yaw: rad. joints: (m, n) rad.
+        objective: E of the arm. violation: rad beyond limits and steps; infinite if some pose has no branch.
+        unreached: indices of poses without any branch.
+    """
+
+    position: Floats
+    yaw: float
+    joints: Floats
+    objective: float
+    violation: float
+    unreached: tuple[int, ...] = ()
+
+
+def layers_at(cell: Cell, arm: Arm, position: Floats, yaw: float, poses: Floats | None = None) -> list[Floats]:
+    """Branches (K_j, n) of the poses (all, or the given indices) with the base at one place."""
+    targets = cell.flange_targets(arm)
+    chosen = targets if poses is None else targets[poses.astype(int)]
+    base_in_world = transform(rotation_z(yaw), position)
+    return list(branches(arm.robot, inverse(base_in_world) @ chosen))
+
+
+def node_costs(arm: Arm, layer: Floats, skip_first: bool) -> Floats:
+    """(K,) cheapest cost of each branch by itself, every joint in its best turn.
+
+    Args:
+        arm: limits, reference and weights.
+        layer: (K, n) rad modulo 2π.
+        skip_first: leave joint 1 out, because the base yaw will set it.
+    """
+    values = layer + TURN * np.round((arm.reference - layer) / TURN)
+    low = np.where(np.isfinite(arm.lower), arm.lower, -np.inf)
+    high = np.where(np.isfinite(arm.upper), arm.upper, np.inf)
+    values = np.where(values < low, values + TURN * np.ceil(np.maximum(low - values, 0.0) / TURN), values)
+    values = np.where(values > high, values - TURN * np.ceil(np.maximum(values - high, 0.0) / TURN), values)
+    outside = np.maximum(low - values, 0.0) + np.maximum(values - high, 0.0)
+    cost = arm.weights * (values - arm.reference) ** 2 + BEYOND * outside
+    return np.sum(cost[:, 1:] if skip_first else cost, axis=1)
+
+
+def best_path(cell: Cell, arm: Arm, position: Floats, yaw: float) -> LayeredPath:
+    """The cheapest continuous path with the base at ``position`` (3,) [m].
+
+    Args:
+        cell: task and step limit.
+        arm: the arm.
+        position: base origin in the world.
+        yaw: rad; where a yaw only shifts joint 1 it is replaced by the best one.
+    """
+    sigma = chain_of(arm.robot).vertical_sign
+    layers = layers_at(cell, arm, position, 0.0 if sigma else yaw)
+    unreached = tuple(j for j, layer in enumerate(layers) if not len(layer))
+    if unreached:
+        return LayeredPath(position, yaw, np.empty((0, arm.dof)), np.inf, np.inf, unreached)
+    costs = [node_costs(arm, layer, bool(sigma)) for layer in layers]
+    chosen = _shortest(layers, costs, cell.max_joint_step)
+    joints, step = unwrap(np.array([layer[k] for layer, k in zip(layers, chosen, strict=True)]).T.copy())
+    violation = max(float(np.max(step)) - cell.max_joint_step, 0.0)
+    for i in range(1 if sigma else 0, arm.dof):
+        violation += float(lift(joints[i], arm.lower[i], arm.upper[i], arm.reference[i]))
+    if sigma:
+        best, out = choose_yaw(joints[0], arm.lower[0], arm.upper[0], arm.reference[0], arm.base, sigma)
+        yaw, violation = float(best), violation + float(out)
+    path = joints.T
+    objective = float(np.sum(arm.weights * (path - arm.reference) ** 2))
+    return LayeredPath(position, yaw, path, objective, violation)
+
+
+def _shortest(layers: list[Floats], costs: list[Floats], max_step: float) -> list[int]:
+    """Index of the branch taken in each layer."""
+    total, back = costs[0], []
+    for before, after, cost in zip(layers, layers[1:], costs[1:], strict=False):
+        step = np.zeros((len(before), len(after)))
+        for i in range(before.shape[1]):
+            turn = np.subtract.outer(before[:, i], after[:, i])
+            turn -= TURN * np.round(turn / TURN)
+            np.maximum(step, np.abs(turn), out=step)
+        ways = total[:, None] + LEAP * np.maximum(step - max_step, 0.0) + 1e-6 * step
+        best = np.argmin(ways, axis=0)
+        back.append(best)
+        total = ways[best, np.arange(len(after))] + cost
+    path = [int(np.argmin(total))]
+    for best in reversed(back):
+        path.append(int(best[path[-1]]))
+    return path[::-1]

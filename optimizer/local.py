@@ -1,0 +1,96 @@
+"""One local solve of one arm, with rows added only where the answer needs them.
+
+Joint steps and conditioning are rarely active, and their rows are many; so the program is solved without them, the
+answer is looked at, and they are added where it breaks them.
+"""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from models.arm import Arm
+from models.arrays import Floats
+from models.cell import Cell
+from models.chain import chain_of
+from models.kinematics import characteristic_length
+from models.screws import conditioning_of
+from optimizer.program import ArmPoint, Cuts, build_program
+from optimizer.solve import Solve, solve_program
+
+CUT_ROUNDS = 25
+NUDGE = 1e-4
+"""Cuts aim at this fraction more than what is asked for, so that their last error does no harm."""
+DIFFERENCE = 1e-6
+"""rad, step of the central differences of the conditioning."""
+
+
+def solve_locally(cell: Cell, arm: Arm, start: ArmPoint, deadline: float) -> Solve:
+    """Solve the program of one arm from a start.
+
+    Args:
+        cell: task and step limit. arm: the arm.
+        start: where to begin; its posture is kept.
+        deadline: `time.perf_counter` value, soft.
+
+    Returns:
+        The last solve; whether its point is usable is for `optimizer.verify` to say.
+    """
+    keep = start.signs is not None
+    result = _solve(cell, arm, start, deadline, keep_shoulder=keep)
+    steps = False
+    if result.status.has_point and _largest_step(result.points[0]) > cell.max_joint_step:
+        steps = True
+        result = _solve(cell, arm, start, deadline, keep_shoulder=keep, steps=True)
+    if result.status.has_point and arm.min_conditioning is not None:
+        result = _keep_conditioning(cell, arm, result, deadline, steps)
+    return result
+
+
+def _solve(
+    cell: Cell,
+    arm: Arm,
+    start: ArmPoint,
+    deadline: float,
+    *,
+    keep_shoulder: bool,
+    steps: bool = False,
+    cuts: Cuts | None = None,
+) -> Solve:
+    program = build_program(
+        cell, [arm], [start], keep_shoulder=keep_shoulder, steps=steps, cuts=None if cuts is None else [cuts]
+    )
+    return solve_program(program, [start], max(deadline - time.perf_counter(), 0.05))
+
+
+def _largest_step(point: ArmPoint) -> float:
+    return float(np.max(np.abs(np.diff(point.joints, axis=0)), initial=0.0))
+
+
+def _keep_conditioning(cell: Cell, arm: Arm, first: Solve, deadline: float, steps: bool) -> Solve:
+    """Solve again with tangent cuts of σmin/σmax >= min_conditioning until the path holds it."""
+    wanted = float(arm.min_conditioning or 0.0)
+    result = first
+    for _ in range(CUT_ROUNDS):
+        point = result.points[0]
+        values, gradients = _conditioning_gradients(arm, point.joints)
+        if np.min(values) >= wanted or not result.status.has_point or time.perf_counter() > deadline:
+            break
+        near = values < 2.0 * wanted
+        bounds = np.where(
+            near, wanted * (1.0 + NUDGE) - values + np.sum(gradients * point.joints, axis=1), -np.inf
+        )
+        cuts = Cuts(np.where(near[:, None], gradients, 0.0), bounds)
+        result = _solve(cell, arm, point, deadline, keep_shoulder=point.signs is not None, steps=steps, cuts=cuts)
+    return result
+
+
+def _conditioning_gradients(arm: Arm, joints: Floats) -> tuple[Floats, Floats]:
+    """σmin/σmax (m,) and its derivative by the joints (m, n), by central differences."""
+    chain, length = chain_of(arm.robot), characteristic_length(arm.robot)
+    m, n = joints.shape
+    offsets = np.concatenate([np.zeros((1, n)), DIFFERENCE * np.eye(n), -DIFFERENCE * np.eye(n)])
+    values = conditioning_of(chain, arm.tool, (joints[:, None, :] + offsets).reshape(-1, n), length)
+    values = values.reshape(m, 2 * n + 1)
+    return values[:, 0], (values[:, 1 : n + 1] - values[:, n + 1 :]) / (2.0 * DIFFERENCE)

@@ -1,0 +1,61 @@
+"""From a point of the program to a placement: what a user reads about one arm."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from models.arm import Arm
+from models.arrays import Floats
+from models.branches import posture_terms, signs_of
+from models.closed_form import ClosedForm, closed_form
+from models.kinematics import characteristic_length, conditioning
+from models.posture import name_signs
+from optimizer.layout import Placement
+from optimizer.program import ArmPoint
+
+
+def joint_margins(arm: Arm, joints: Floats) -> Floats:
+    """(n,) rad, smallest distance of each joint (m, n) to its limits; infinite for joints without limits."""
+    margins: Floats = np.minimum(np.min(joints, axis=0) - arm.lower, arm.upper - np.max(joints, axis=0))
+    return margins
+
+
+def objective_of(arm: Arm, joints: Floats) -> float:
+    """E (8.21) of one arm from joint values (m, n) rad."""
+    return float(np.sum(arm.weights * (joints - arm.reference) ** 2))
+
+
+def path_signs(form: ClosedForm, joints: Floats) -> tuple[int, int, int]:
+    """The posture (shoulder, elbow, wrist) of a path (m, 6): the sign each quantity has where it is not zero."""
+    totals = np.sum(signs_of(form, joints), axis=0)
+    return tuple(1 if total >= 0 else -1 for total in totals)  # type: ignore[return-value]
+
+
+def place(arm: Arm, point: ArmPoint) -> Placement:
+    """All figures of one arm at a point."""
+    form = closed_form(arm.robot)
+    length = characteristic_length(arm.robot)
+    margins = joint_margins(arm, point.joints)
+    return Placement(
+        arm=arm.name,
+        position=point.position,
+        yaw=arm.base.yaw_in_interval(point.yaw),
+        joints=point.joints,
+        posture=None if form is None else name_signs(point.signs or path_signs(form, point.joints)),
+        objective=objective_of(arm, point.joints),
+        joint_margins=margins,
+        minimum_margin=float(np.min(margins)),
+        minimum_conditioning=float(np.min(conditioning(arm.robot, arm.tool, point.joints, length))),
+        characteristic_length=length,
+        singularity_distances={} if form is None else _singularity_distances(form, point.joints),
+    )
+
+
+def _singularity_distances(form: ClosedForm, joints: Floats) -> dict[str, float]:
+    """Smallest distance to each singular set: shoulder [m], elbow and wrist [rad] (0 = singular, π/2 = farthest)."""
+    front, elbow, wrist = posture_terms(form, joints.T, np.sin, np.cos)
+    return {
+        "shoulder": float(np.min(np.abs(front))),
+        "elbow": float(np.min(np.arcsin(np.minimum(np.abs(elbow), 1.0)))),
+        "wrist": float(np.min(np.arcsin(np.minimum(np.abs(wrist), 1.0)))),
+    }

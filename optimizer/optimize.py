@@ -1,0 +1,73 @@
+"""The one entry: a cell goes in, the best layout comes out."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from models.cell import Cell
+from optimizer.layout import Layout, Outcome, Placement, Reason, Search
+from optimizer.measure import place
+from optimizer.search import ArmSearch, search_arm
+from optimizer.settings import Settings
+from optimizer.verify import check, summarise
+
+Progress = Callable[[str, float], None]
+"""Called with what is being done and the fraction done so far."""
+
+
+def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | None = None) -> Layout:
+    """Find the base placements that keep every joint as close to its reference as possible along the whole task.
+
+    Arms that nothing couples are independent problems and are searched one by one; the objective is the sum.
+
+    Args:
+        cell: task and arms.
+        settings: seed, limits, what else to compute.
+        progress: told about every stage.
+
+    Returns:
+        The layout, verified. An impossible task is a layout with outcome ``infeasible`` and reasons, not an error.
+    """
+    settings = settings or Settings()
+    report = progress or (lambda what, fraction: None)
+    started = time.perf_counter()
+    deadline = started + settings.time_limit
+    searches: list[ArmSearch] = []
+    for index, arm in enumerate(cell.arms):
+        report(f"searching {arm.name}", index / len(cell.arms))
+        searches.append(search_arm(cell, arm, settings, deadline))
+    report("verifying", 1.0)
+    return _layout(cell, searches, started)
+
+
+def _layout(cell: Cell, searches: list[ArmSearch], started: float) -> Layout:
+    """Collect the arms' results."""
+    placements: list[Placement] = []
+    checks = []
+    reasons: list[Reason] = []
+    for search in searches:
+        reasons.extend(search.reasons)
+        if search.best is not None:
+            placements.append(place(search.arm, search.best))
+            checks.append(check(cell, search.arm, search.best))
+    complete = len(placements) == len(searches)
+    finished = all(search.finished for search in searches)
+    if not complete:
+        outcome = Outcome.INFEASIBLE
+    else:
+        outcome = Outcome.OPTIMAL if finished else Outcome.FEASIBLE
+    return Layout(
+        outcome=outcome,
+        objective=sum(p.objective for p in placements) if complete else None,
+        placements=tuple(placements),
+        reasons=tuple(reasons),
+        proved=any(search.proved for search in searches),
+        search=Search(
+            candidates=sum(search.candidates for search in searches),
+            starts=sum(search.starts for search in searches),
+            basins=sum(len(search.basins) for search in searches),
+            wall_time=time.perf_counter() - started,
+        ),
+        verification=summarise(checks) if checks else None,
+    )

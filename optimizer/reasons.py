@@ -1,0 +1,184 @@
+"""Why an arm cannot do its part of the task: which poses, which joints, by how much."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from models.arm import Arm
+from models.arrays import Floats
+from models.branches import solve_signed
+from models.cell import Cell
+from optimizer.box import reach_windows, spread
+from optimizer.layers import LayeredPath
+from optimizer.layout import Reason
+from optimizer.reduced import ReducedProblem, evaluate, evaluate_signed
+from optimizer.screening import Candidate
+
+ALONE = 512
+"""Bases tried for each pose by itself."""
+MOST_POSES = 64
+"""Poses of a long task that are looked at one by one."""
+
+
+def explain_reach(cell: Cell, arm: Arm) -> tuple[Reason, ...]:
+    """Reasons where no base of the region reaches every pose, whatever the joint limits; certain."""
+    windows = reach_windows(cell, arm)
+    region = arm.base.bounds[:3]
+    short = np.maximum(windows[:, :, 0] - region[:, 1], region[:, 0] - windows[:, :, 1])
+    alone = np.flatnonzero(np.max(short, axis=1) > 0.0)
+    if len(alone):
+        missing = float(np.max(short))
+        return (
+            Reason(
+                arm.name,
+                "out_of_reach",
+                tuple(int(j) for j in alone),
+                f"{arm.name}: {_poses(alone)} out of reach from every allowed base: at least {missing:.3f} m are missing; "
+                "enlarge the base region towards the task or choose a longer robot or tool",
+                amount=missing,
+                unit="m",
+            ),
+        )
+    low, high = np.max(windows[:, :, 0], axis=0), np.min(windows[:, :, 1], axis=0)
+    low, high = np.maximum(low, region[:, 0]), np.minimum(high, region[:, 1])
+    axis = int(np.argmax(low - high))
+    pair = (int(np.argmax(windows[:, axis, 0])), int(np.argmin(windows[:, axis, 1])))
+    missing = float((low - high)[axis])
+    return (
+        Reason(
+            arm.name,
+            "out_of_reach",
+            tuple(sorted(set(pair))),
+            f"{arm.name}: no allowed base reaches poses {pair[0]} and {pair[1]} both: along {'xyz'[axis]} at least "
+            f"{missing:.3f} m are missing; shorten the path, enlarge the base region or choose a longer robot",
+            amount=missing,
+            unit="m",
+        ),
+    )
+
+
+def explain_reduced(
+    cell: Cell, problem: ReducedProblem, box: Floats, candidates: list[Candidate], seed: int
+) -> tuple[Reason, ...]:
+    """Reasons for an arm with a reduced problem: poses that are impossible alone, else what the nearest path breaks."""
+    alone = _impossible_alone(problem, box, seed)
+    if alone:
+        return tuple(alone)
+    if not candidates:
+        return (_excluded(problem.arm),)
+    nearest = min(candidates, key=lambda c: c.violation)
+    if not np.isfinite(nearest.violation):
+        return (_excluded(problem.arm),)
+    signs = np.array([nearest.signs])
+    paths = evaluate_signed(problem, nearest.position[None, :], signs)
+    seen = solve_signed(problem.form, problem.rotations, problem.positions - nearest.position, signs)
+    reasons = _broken(cell, problem.arm, paths.joints[:, 0, 0].T, seen.missing[0, 0])
+    return reasons or (_no_posture(problem.arm),)
+
+
+def explain_general(cell: Cell, arm: Arm, paths: list[LayeredPath]) -> tuple[Reason, ...]:
+    """Reasons for an arm searched through layers of branches."""
+    whole = [path for path in paths if len(path.joints)]
+    if not whole:
+        nearest = min(paths, key=lambda path: len(path.unreached))
+        return (
+            Reason(
+                arm.name,
+                "out_of_reach",
+                nearest.unreached,
+                f"{arm.name}: no posture reaches {_poses(nearest.unreached)} from the best base tried; "
+                "enlarge the base region, change the grasp or choose a longer robot",
+            ),
+        )
+    nearest = min(whole, key=lambda path: path.violation)
+    return _broken(cell, arm, nearest.joints, np.zeros(len(nearest.joints))) or (_no_posture(arm),)
+
+
+def _impossible_alone(problem: ReducedProblem, box: Floats, seed: int) -> list[Reason]:
+    """One reason per kind for poses that no tried base can take even if the rest of the task is forgotten."""
+    arm = problem.arm
+    places = spread(box, ALONE, seed)
+    count = len(problem.positions)
+    chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_POSES)).round().astype(int))
+    far, stuck, worst, least = [], [], 0.0, np.inf
+    for j in chosen:
+        single = ReducedProblem(
+            arm, problem.form, problem.sigma, problem.rotations[j : j + 1], problem.positions[j : j + 1], np.inf,
+            problem.postures,
+        )
+        paths = evaluate(single, places)
+        admitted = np.isfinite(paths.jump)
+        if not np.any(admitted) or np.any(paths.violation[admitted] == 0.0):
+            continue
+        if np.all(paths.missing[admitted] > 0.0):
+            far.append(int(j))
+            worst = max(worst, float(np.min(paths.missing[admitted])))
+        else:
+            stuck.append(int(j))
+            least = min(least, float(np.min(paths.beyond[admitted & (paths.missing == 0.0)])))
+    reasons = []
+    if far:
+        detail = (
+            f"{arm.name}: {_poses(far)} out of reach from each of {len(places)} bases tried all over the region: about "
+            f"{worst:.3f} m are missing; enlarge the region, change the grasp or choose a longer robot"
+        )
+        reasons.append(Reason(arm.name, "out_of_reach", tuple(far), detail, amount=worst, unit="m"))
+    if stuck:
+        detail = (
+            f"{arm.name}: {_poses(stuck)} within reach, but every posture from {len(places)} bases tried breaks a joint "
+            f"limit, the nearest by {np.degrees(least):.2f}°; turn the grasp, widen the yaw or choose another posture"
+        )
+        reasons.append(Reason(arm.name, "joint_limit", tuple(stuck), detail, amount=least, unit="rad"))
+    return reasons
+
+
+def _broken(cell: Cell, arm: Arm, joints: Floats, missing: Floats) -> tuple[Reason, ...]:
+    """What a path (m, n) with reach deficits (m,) breaks, largest first within each kind."""
+    reasons: list[Reason] = []
+    far = np.flatnonzero(missing > 0.0)
+    where = "at the nearest placement found"
+    if len(far):
+        amount = float(np.max(missing))
+        detail = f"{arm.name}: {where} {_poses(far)} out of reach by up to {amount:.3f} m"
+        reasons.append(Reason(arm.name, "out_of_reach", tuple(map(int, far)), detail, amount=amount, unit="m"))
+    beyond = np.maximum(arm.lower - joints, joints - arm.upper)
+    for i in np.argsort(-np.max(beyond, axis=0)):
+        poses = np.flatnonzero(beyond[:, i] > 1e-9)
+        if len(poses):
+            amount, name = float(np.max(beyond[:, i])), arm.robot.joint_names[i]
+            detail = f"{arm.name}: {where} {name} is beyond its limit by up to {np.degrees(amount):.2f}° at {_poses(poses)}"
+            reasons.append(Reason(arm.name, "joint_limit", tuple(map(int, poses)), detail, name, amount, "rad"))
+    steps = np.abs(np.diff(joints, axis=0)) - cell.max_joint_step
+    for i in np.argsort(-np.max(steps, axis=0, initial=0.0)):
+        poses = np.flatnonzero(steps[:, i] > 1e-9) + 1
+        if len(poses):
+            amount, name = float(np.max(steps[:, i])), arm.robot.joint_names[i]
+            detail = (
+                f"{arm.name}: {where} {name} would have to turn {np.degrees(amount):.1f}° more than max_joint_step allows "
+                f"on the way to {_poses(poses)}: the path passes a singularity; add poses there, or move or turn the task"
+            )
+            reasons.append(Reason(arm.name, "joint_step", tuple(map(int, poses)), detail, name, amount, "rad"))
+    return tuple(reasons)
+
+
+def _no_posture(arm: Arm) -> Reason:
+    detail = (
+        f"{arm.name}: every pose can be reached by itself, but no single posture inside all limits was found for the whole "
+        "path; split the path, relax the posture or the conditioning asked for, or enlarge the base region"
+    )
+    return Reason(arm.name, "posture", (), detail)
+
+
+def _excluded(arm: Arm) -> Reason:
+    return Reason(arm.name, "posture", (), f"{arm.name}: no branch of {arm.robot.name} has the posture asked for")
+
+
+def _poses(indices: Floats | list[int] | tuple[int, ...] | np.ndarray) -> str:
+    """"pose 3 is" or "poses 2, 3, 4 are", shortened to what a person can read."""
+    numbers = [int(j) for j in indices]
+    if len(numbers) == 1:
+        return f"pose {numbers[0]}"
+    if len(numbers) > 3 and numbers == list(range(numbers[0], numbers[-1] + 1)):
+        return f"poses {numbers[0]} to {numbers[-1]}"
+    shown = ", ".join(map(str, numbers[:8])) + (f" and {len(numbers) - 8} more" if len(numbers) > 8 else "")
+    return f"poses {shown}"

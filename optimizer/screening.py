@@ -1,0 +1,159 @@
+"""Global search of one arm on the reduced problem: many bases at once, then the best few improved together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.arrays import Bools, Floats, Ints
+from models.posture import ALL_SIGNS
+from optimizer.box import spread
+from optimizer.reduced import Paths, ReducedProblem, evaluate, evaluate_signed
+
+SAMPLED_POSES = 16
+"""Poses a long task is screened with; what comes out is checked on all of them."""
+POINTS = {0: 1, 1: 128, 2: 256, 3: 1024}
+"""Base positions of the first round by number of free coordinates; each has eight postures."""
+ROUNDS = 4
+"""Later rounds double the points, and are run only while nothing usable was found."""
+PICKED = 10
+"""Candidates improved together."""
+CHUNK = 1024
+"""Positions evaluated at once, to bound memory."""
+PENALTY = 30.0
+"""Cost per pose of a metre or radian of violation: what is nearly allowed may be repaired by the local solver."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Candidate:
+    """A base position with a posture, on the reduced problem.
+
+    Attributes:
+        position: (3,) m. signs: (3,) posture. objective: E. violation: m and rad added, 0 if usable.
+    """
+
+    position: Floats
+    signs: tuple[int, int, int]
+    objective: float
+    violation: float
+
+    def score(self, poses: int) -> float:
+        """Objective with what is violated made dear."""
+        return self.objective + PENALTY * poses * self.violation
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Screen:
+    """What the screening found: candidates, best first, and how many base × posture pairs were looked at."""
+
+    candidates: list[Candidate]
+    evaluated: int
+
+
+def screen(problem: ReducedProblem, box: Floats, seed: int) -> Screen:
+    """Search the box.
+
+    Args:
+        problem: the arm and the task.
+        box: (3, 2) m, as from `optimizer.box.search_box`.
+        seed: of the point set.
+
+    Returns:
+        Distinct candidates, best first, improved on the (possibly sampled) task.
+    """
+    small = problem.sampled(SAMPLED_POSES)
+    poses = len(small.positions)
+    count = POINTS[int(np.sum(box[:, 1] > box[:, 0]))]
+    evaluated, found = 0, list[Candidate]()
+    for round_ in range(ROUNDS if count > 1 else 1):
+        points = spread(box, count, seed + round_)
+        spacing = _spacing(box, len(points))
+        picked = _pick(small, points, spacing)
+        improved = improve(small, picked, box, spacing)
+        evaluated += len(points) * int(np.sum(problem.postures))
+        found = sorted(found + improved, key=lambda c: c.score(poses))
+        if any(c.violation == 0.0 for c in found):
+            break
+        count *= 4
+    return Screen(distinct(found, 0.05 * _spacing(box, count)), evaluated)
+
+
+def _spacing(box: Floats, count: int) -> Floats:
+    """(3,) m: distance between neighbours of an even spread of ``count`` points along each coordinate."""
+    width: Floats = box[:, 1] - box[:, 0]
+    return width / count ** (1.0 / max(1, int(np.sum(width > 0.0))))
+
+
+def _pick(problem: ReducedProblem, points: Floats, spacing: Floats) -> list[Candidate]:
+    """The best points of a spread, more than one spacing apart where they share a posture; half of them usable ones."""
+    parts = [evaluate(problem, points[at : at + CHUNK]) for at in range(0, len(points), CHUNK)]
+    objective = np.concatenate([part.objective for part in parts], axis=1)
+    violation = np.concatenate([part.violation for part in parts], axis=1)
+    usable = np.where(violation > 0.0, np.inf, objective)
+    score = objective + PENALTY * len(problem.positions) * violation
+    picked: list[tuple[int, int]] = []
+    for values, number in ((usable, PICKED // 2), (score, PICKED)):
+        open_ = values.copy()
+        for k, i in picked:
+            open_[k, _near(points, points[i], spacing)] = np.inf
+        while len(picked) < number and np.isfinite(np.min(open_)):
+            k, i = (int(index) for index in np.unravel_index(np.argmin(open_), open_.shape))
+            picked.append((k, i))
+            open_[k, _near(points, points[i], spacing)] = np.inf
+    return [
+        Candidate(points[i], ALL_SIGNS[k], float(objective[k, i]), float(violation[k, i])) for k, i in picked
+    ]
+
+
+def _near(points: Floats, point: Floats, spacing: Floats) -> Bools:
+    """(N,) True for points within one spacing of ``point`` in every coordinate."""
+    near: Bools = np.all(np.abs(points - point) <= spacing, axis=1)
+    return near
+
+
+def distinct(candidates: list[Candidate], spacing: Floats) -> list[Candidate]:
+    """Candidates in order, without those within ``spacing`` of an earlier one of the same posture."""
+    kept: list[Candidate] = []
+    for candidate in candidates:
+        same = [other.position for other in kept if other.signs == candidate.signs]
+        if not same or not np.any(_near(np.array(same), candidate.position, spacing)):
+            kept.append(candidate)
+    return kept
+
+
+def improve(problem: ReducedProblem, candidates: list[Candidate], box: Floats, spacing: Floats) -> list[Candidate]:
+    """Improve all candidates together: points are strewn around each, the best is kept, the cloud shrinks.
+
+    No derivatives, so the edges of the allowed set do no harm; the local solver does the last digits.
+    """
+    if not candidates or not np.any(spacing > 0.0):
+        return candidates
+    cloud = 2.0 * spread(np.array([[0.0, 1.0]] * 3), 16, 7) - 1.0
+    cloud[0] = 0.0
+    signs = np.repeat(np.array([c.signs for c in candidates], dtype=np.int64), len(cloud), axis=0)
+    centres = np.array([c.position for c in candidates])
+    radius = spacing.copy()
+    best = candidates
+    for _ in range(6):
+        points = np.clip(centres[:, None, :] + cloud * radius, box[:, 0], box[:, 1])
+        paths = evaluate_signed(problem, points.reshape(-1, 3), signs)
+        best, centres = _keep_best(points, paths, candidates, len(problem.positions))
+        radius *= 0.5
+    return best
+
+
+def _keep_best(
+    points: Floats, paths: Paths, candidates: list[Candidate], poses: int
+) -> tuple[list[Candidate], Floats]:
+    """Best point of each cloud (K, 16, 3)."""
+    shape = points.shape[:2]
+    objective, violation = paths.objective[0].reshape(shape), paths.violation[0].reshape(shape)
+    winner: Ints = np.argmin(objective + PENALTY * poses * violation, axis=1)
+    rows = np.arange(len(points))
+    chosen = points[rows, winner]
+    best = [
+        Candidate(chosen[k], candidates[k].signs, float(objective[k, winner[k]]), float(violation[k, winner[k]]))
+        for k in rows
+    ]
+    return best, chosen

@@ -1,0 +1,112 @@
+"""Check an answer with numbers that did not produce it: Pinocchio's kinematics of every pose, limits, continuity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.arm import Arm
+from models.arrays import Floats
+from models.branches import posture_terms
+from models.cell import Cell
+from models.closed_form import closed_form
+from models.kinematics import characteristic_length, conditioning, flange_poses
+from models.pose import rotation_angle, rotation_z, transform
+from optimizer.layout import Verification
+from optimizer.program import ArmPoint
+
+POSITION = 1e-6
+"""m"""
+ORIENTATION = 1e-6
+"""rad"""
+LIMITS = 1e-9
+"""rad, m; also the slack of joint steps."""
+SIDE = 1e-7
+"""How far across a singular set (m, or sine of an angle) a path may seem to be through rounding alone."""
+
+
+@dataclass(frozen=True, slots=True)
+class ArmCheck:
+    """Independent figures of one arm at a point; see `optimizer.layout.Verification`.
+
+    Attributes:
+        position_error: m. orientation_error: rad. joint_step: rad.
+        limits: largest excess over joint limits and base region, rad or m, <= 0 if none.
+        posture: largest distance on the wrong side of a singular set, <= 0 if none.
+        conditioning: by how much σmin/σmax falls short of what the request asks for, <= 0 if it does not.
+        max_joint_step: rad, allowed.
+    """
+
+    position_error: float
+    orientation_error: float
+    joint_step: float
+    limits: float
+    posture: float
+    conditioning: float
+    max_joint_step: float
+
+    @property
+    def usable(self) -> bool:
+        """True if the point may be given to a user."""
+        return (
+            self.position_error <= POSITION
+            and self.orientation_error <= ORIENTATION
+            and self.joint_step <= self.max_joint_step + LIMITS
+            and self.limits <= LIMITS
+            and self.posture <= SIDE
+            and self.conditioning <= LIMITS
+        )
+
+
+def check(cell: Cell, arm: Arm, point: ArmPoint) -> ArmCheck:
+    """Check one arm's part of an answer.
+
+    Args:
+        cell: the task. arm: the arm.
+        point: base placement, joints and posture.
+    """
+    base_in_world = transform(rotation_z(point.yaw), point.position)
+    reached = base_in_world @ flange_poses(arm.robot, point.joints) @ arm.tool
+    wanted = cell.task.poses @ arm.grasp
+    turned = np.swapaxes(wanted[:, :3, :3], 1, 2) @ reached[:, :3, :3]
+    joints = np.max(np.maximum(arm.lower - point.joints, point.joints - arm.upper))
+    region = arm.base.bounds
+    place = np.array([*point.position, arm.base.yaw_in_interval(point.yaw)])
+    base = np.max(np.maximum(region[:, 0] - place, place - region[:, 1]))
+    return ArmCheck(
+        position_error=float(np.max(np.linalg.norm(reached[:, :3, 3] - wanted[:, :3, 3], axis=1))),
+        orientation_error=float(np.max(rotation_angle(turned))),
+        joint_step=float(np.max(np.abs(np.diff(point.joints, axis=0)), initial=0.0)),
+        limits=float(max(joints, base)),
+        posture=_wrong_side(arm, point),
+        conditioning=_shortfall(arm, point.joints),
+        max_joint_step=cell.max_joint_step,
+    )
+
+
+def _wrong_side(arm: Arm, point: ArmPoint) -> float:
+    """How far the path goes to the other side of its posture's signs."""
+    form = closed_form(arm.robot)
+    if form is None or point.signs is None:
+        return 0.0
+    shoulder, elbow, wrist = point.signs
+    front, bend, twist = posture_terms(form, point.joints.T, np.sin, np.cos)
+    return float(max(np.max(-shoulder * front), np.max(shoulder * elbow * bend), np.max(-wrist * twist)))
+
+
+def _shortfall(arm: Arm, joints: Floats) -> float:
+    if arm.min_conditioning is None:
+        return 0.0
+    length = characteristic_length(arm.robot)
+    return arm.min_conditioning - float(np.min(conditioning(arm.robot, arm.tool, joints, length)))
+
+
+def summarise(checks: list[ArmCheck]) -> Verification:
+    """Worst figures over the arms."""
+    return Verification(
+        max_position_error=max(c.position_error for c in checks),
+        max_orientation_error=max(c.orientation_error for c in checks),
+        max_joint_step=max(c.joint_step for c in checks),
+        limits_respected=all(c.limits <= LIMITS for c in checks),
+    )

@@ -28,7 +28,7 @@ $(VENV)/.packages: requirements-dev.lock
 	@touch $@
 
 $(VENV)/.project: $(VENV)/.packages pyproject.toml
-	@$(PIP) install --no-deps --no-build-isolation --editable .
+	@PYTHONWARNINGS=ignore $(PIP) install --no-deps --no-build-isolation --editable .
 	@touch $@
 
 demo: setup ## start the server, send an example over HTTP, print the placements, stop the server

@@ -21,7 +21,7 @@ def main() -> None:
         if not copies:
             raise SystemExit("Pinocchio needs libgomp.so.1: on Debian, apt-get install libgomp1") from None
         link.unlink(missing_ok=True)
-        link.symlink_to(copies[0])
+        link.symlink_to(Path("..", "..", "casadi", copies[0].name))
         print(f"no libgomp.so.1 on this system: {link.name} of the environment is CasADi's copy")
 
 

@@ -1,0 +1,54 @@
+"""Every example in examples/ is a request that the service accepts and the optimizer solves."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from models.pose import rotation_angle
+from optimizer.layout import Outcome
+from optimizer.optimize import optimize
+from service.convert import cell_of, settings_of
+from service.schemas.request import LayoutRequest
+from service.validation import validate
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.json"))
+
+
+def request(path: Path) -> LayoutRequest:
+    return validate(LayoutRequest, json.loads(path.read_text()))
+
+
+def test_the_examples_of_the_readme_are_there() -> None:
+    assert {path.name for path in EXAMPLES} >= {"line.json", "arc.json", "beam_ur10e.json"}
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_example_is_solved_and_verified(path: Path) -> None:
+    cell = cell_of(request(path))
+    layout = optimize(cell, settings_of(request(path), 60.0))
+    assert layout.outcome is Outcome.OPTIMAL
+    assert [placement.arm for placement in layout.placements] == [arm.name for arm in cell.arms]
+    assert layout.verification is not None
+    assert layout.verification.limits_respected
+    assert layout.verification.max_position_error < 1e-6
+    for arm, placement in zip(cell.arms, layout.placements, strict=True):
+        assert placement.minimum_conditioning >= (arm.min_conditioning or 0.0)
+
+
+def test_the_arc_turns_the_object_by_a_quarter_on_a_radius_of_900_mm() -> None:
+    cell = cell_of(request(EXAMPLES[[path.stem for path in EXAMPLES].index("arc")]))
+    first, last = cell.task.poses[[0, -1], :3, :3]
+    assert np.isclose(rotation_angle(first.T @ last), np.pi / 2)
+    assert np.allclose(np.linalg.norm(cell.task.poses[:, :3, 3] - [0.9, 1.1, 0.1], axis=1), 0.9)
+
+
+def test_the_beam_is_carried_a_stretch_with_a_quarter_turn() -> None:
+    cell = cell_of(request(EXAMPLES[[path.stem for path in EXAMPLES].index("beam_ur10e")]))
+    poses = cell.task.poses
+    assert {arm.robot.name for arm in cell.arms} == {"ur10e"}
+    assert np.allclose(poses[-1, :2, 3] - poses[0, :2, 3], [0.8, 0.0])
+    assert np.isclose(rotation_angle(poses[0, :3, :3].T @ poses[-1, :3, :3]), np.pi / 2)
+    grasps = [arm.grasp[:3, 3] for arm in cell.arms]
+    assert 0.9 < np.linalg.norm(grasps[0] - grasps[1]) < 1.2  # a beam of 1.2 m, held near its ends

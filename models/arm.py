@@ -1,4 +1,4 @@
-"""An arm of a cell: a robot with its tool, its grasp on the part, where its base may stand and what it should prefer."""
+"""An arm of a cell: a robot with its tool, its grasp on the part, where it may stand and what it should prefer."""
 
 from __future__ import annotations
 

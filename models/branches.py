@@ -115,7 +115,7 @@ def _triangle(form: ClosedForm, front: Floats, height: Floats, bend: Sign) -> tu
 def _spherical(
     plane: _Plane, elbows: tuple[Sign, ...], wrists: tuple[Sign, ...], joints: Floats, missing: Floats
 ) -> None:
-    """Fill joints (6, elbow, wrist, ..., m) and missing (elbow, wrist, ..., m) for one shoulder of a spherical wrist."""
+    """Fill joints (6, elbow, wrist, ..., m) and missing (elbow, wrist, ..., m) for one shoulder, spherical wrist."""
     form, turned, first = plane.seen.form, plane.seen.turned, plane.first
     h1, h4, h5, h6 = form.axes[0], form.axes[3], form.axes[4], form.axes[5]
     tool_axis = _rotated(turned @ h6, h1, -first)
@@ -196,7 +196,9 @@ def _transposed(matrices: Floats, vectors: Floats) -> Floats:
     return product
 
 
-def posture_terms(form: ClosedForm, q: Any, sin: Callable[[Any], Any], cos: Callable[[Any], Any]) -> tuple[Any, Any, Any]:
+def posture_terms(
+    form: ClosedForm, q: Any, sin: Callable[[Any], Any], cos: Callable[[Any], Any]
+) -> tuple[Any, Any, Any]:
     """The three smooth quantities whose signs are the posture, for numbers and for CasADi symbols alike.
 
     Args:

@@ -61,11 +61,13 @@ def parallel(first: Floats, second: Floats) -> bool:
 
 
 def meeting_point(lines: list[tuple[Floats, Floats]], tolerance: float) -> Floats | None:
-    """The point where lines (point, unit direction) meet, or None if some line misses it by more than ``tolerance`` m."""
+    """The point where lines (point, unit direction) meet, or None if one misses it by more than ``tolerance`` m."""
     projectors = [np.eye(3) - np.outer(h, h) for _, h in lines]
     normal = np.sum(projectors, axis=0)
     if np.linalg.cond(normal) > 1e8:
         return None
-    point: Floats = np.linalg.solve(normal, np.sum([a @ p for a, (p, _) in zip(projectors, lines, strict=True)], axis=0))
+    point: Floats = np.linalg.solve(
+        normal, np.sum([a @ p for a, (p, _) in zip(projectors, lines, strict=True)], axis=0)
+    )
     misses = [float(np.linalg.norm(a @ (point - p))) for a, (p, _) in zip(projectors, lines, strict=True)]
     return point if max(misses) < tolerance else None

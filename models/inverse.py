@@ -100,4 +100,3 @@ def _direction(vector: Floats) -> str:
     if abs(abs(vector[axis]) - 1.0) < 1e-6:
         return f"{'+' if vector[axis] > 0 else '-'}{words[axis]} (base frame)"
     return f"({vector[0]:.3f}, {vector[1]:.3f}, {vector[2]:.3f}) (base frame)"
-

@@ -30,10 +30,12 @@ class Posture:
 
     def admits(self, signs: tuple[int, int, int]) -> bool:
         """True if a full triple of signs (shoulder, elbow, wrist) agrees with every sign that is set."""
-        return all(want in (None, have) for want, have in zip((self.shoulder, self.elbow, self.wrist), signs, strict=True))
+        return all(
+            want in (None, have) for want, have in zip((self.shoulder, self.elbow, self.wrist), signs, strict=True)
+        )
 
 
-ALL_SIGNS: tuple[tuple[int, int, int], ...] = tuple(product((1, -1), repeat=3))
+ALL_SIGNS: tuple[tuple[int, int, int], ...] = tuple(product((1, -1), (1, -1), (1, -1)))
 """The eight sign triples (shoulder, elbow, wrist); their order is the order of branches in every array."""
 
 

@@ -16,7 +16,8 @@ def forward_and_jacobian(chain: Chain, q: Floats) -> tuple[Floats, Floats, Float
         q: (K, n) rad.
 
     Returns:
-        rotations (K, 3, 3), positions (K, 3) m, Jacobians (K, 6, n) of the flange origin in base axes, linear rows first.
+        rotations (K, 3, 3), positions (K, 3) m, Jacobians (K, 6, n) of the flange origin in base axes, linear rows
+        first.
     """
     count, n = q.shape
     rotation = np.broadcast_to(np.eye(3), (count, 3, 3))

@@ -37,7 +37,7 @@ def reach_windows(cell: Cell, arm: Arm) -> Floats:
 
 
 def _wrist_reach(form: ClosedForm) -> tuple[Floats, float]:
-    """Largest distance of W from axis 1 (twice) and from the shoulder's height (3,) m; that height in the base frame."""
+    """Largest distance of W from axis 1 (twice) and from the shoulder's height (3,) m; that height in the base."""
     plane = form.planar
     links = plane.upper + plane.fore + float(np.hypot(*plane.hand))
     across = float(np.hypot(form.offset, abs(plane.shoulder[0]) + links))

@@ -66,7 +66,8 @@ def node_costs(arm: Arm, layer: Floats, skip_first: bool) -> Floats:
     values = np.where(values > high, values - TURN * np.ceil(np.maximum(values - high, 0.0) / TURN), values)
     outside = np.maximum(low - values, 0.0) + np.maximum(values - high, 0.0)
     cost = arm.weights * (values - arm.reference) ** 2 + BEYOND * outside
-    return np.sum(cost[:, 1:] if skip_first else cost, axis=1)
+    total: Floats = np.sum(cost[:, 1:] if skip_first else cost, axis=1)
+    return total
 
 
 def best_path(cell: Cell, arm: Arm, position: Floats, yaw: float) -> LayeredPath:

@@ -30,7 +30,8 @@ def solve_locally(cell: Cell, arm: Arm, start: ArmPoint, deadline: float) -> Sol
     """Solve the program of one arm from a start.
 
     Args:
-        cell: task and step limit. arm: the arm.
+        cell: task and step limit.
+        arm: the arm.
         start: where to begin; its posture is kept.
         deadline: `time.perf_counter` value, soft.
 
@@ -78,9 +79,7 @@ def _keep_conditioning(cell: Cell, arm: Arm, first: Solve, deadline: float, step
         if np.min(values) >= wanted or not result.status.has_point or time.perf_counter() > deadline:
             break
         near = values < 2.0 * wanted
-        bounds = np.where(
-            near, wanted * (1.0 + NUDGE) - values + np.sum(gradients * point.joints, axis=1), -np.inf
-        )
+        bounds = np.where(near, wanted * (1.0 + NUDGE) - values + np.sum(gradients * point.joints, axis=1), -np.inf)
         cuts = Cuts(np.where(near[:, None], gradients, 0.0), bounds)
         result = _solve(cell, arm, point, deadline, keep_shoulder=point.signs is not None, steps=steps, cuts=cuts)
     return result

@@ -53,10 +53,7 @@ def _layout(cell: Cell, searches: list[ArmSearch], started: float) -> Layout:
             checks.append(check(cell, search.arm, search.best))
     complete = len(placements) == len(searches)
     finished = all(search.finished for search in searches)
-    if not complete:
-        outcome = Outcome.INFEASIBLE
-    else:
-        outcome = Outcome.OPTIMAL if finished else Outcome.FEASIBLE
+    outcome = (Outcome.OPTIMAL if finished else Outcome.FEASIBLE) if complete else Outcome.INFEASIBLE
     return Layout(
         outcome=outcome,
         objective=sum(p.objective for p in placements) if complete else None,

@@ -45,7 +45,8 @@ def lift(path: Floats, lower: float, upper: float, reference: float) -> Floats:
     lifts = np.where(first <= last, np.clip(wanted, first, last), centred)
     path += TURN * lifts[..., None]
     low, high = low + TURN * lifts, high + TURN * lifts
-    return np.maximum(lower - low, 0.0) + np.maximum(high - upper, 0.0)
+    outside: Floats = np.maximum(lower - low, 0.0) + np.maximum(high - upper, 0.0)
+    return outside
 
 
 def choose_yaw(
@@ -57,7 +58,8 @@ def choose_yaw(
 
     Args:
         path: (..., m) rad, joint 1 for a yaw of zero, continuous.
-        lower, upper, reference: rad, of joint 1.
+        lower: rad, limit of joint 1. upper: likewise.
+        reference: rad, of joint 1.
         region: allowed yaw.
         sigma: sense of joint 1 about the vertical, ±1.
 
@@ -79,7 +81,7 @@ def choose_yaw(
 
 
 def _nearest_allowed(shift: Floats, low: Floats, high: Floats, start: float, width: float) -> Floats:
-    """The best shift of joint 1 in ``[start, start + width] + 2πk``: nearest to ``shift``, inside (low, high) if possible."""
+    """The shift of joint 1 in ``[start, start + width] + 2πk`` nearest to ``shift``, inside (low, high) if possible."""
     turn = np.floor((shift - start) / TURN)
     before = np.minimum(shift, start + TURN * turn + width)
     after = start + TURN * (turn + 1.0)

@@ -26,7 +26,9 @@ TARGET = 12
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PoseRows:
-    """Compiled rows of one pose of one robot. Inputs are base (4), joints (n), target (12), for the Hessian also multipliers.
+    """Compiled rows of one pose of one robot.
+
+    Inputs are base (4), joints (n), target (12), for the Hessian also multipliers (size).
 
     Attributes:
         size: rows per pose: 6, and a seventh if the shoulder is kept.

@@ -173,9 +173,7 @@ def _arm_numbers(cell: Cell, arm: Arm, point: ArmPoint, structure: Structure) ->
         rows_low[:, 6] = 0.0 if point.signs[0] > 0 else -np.inf
         rows_high[:, 6] = np.inf if point.signs[0] > 0 else 0.0
     return _ArmNumbers(
-        parameters=np.concatenate(
-            [target_numbers(cell.flange_targets(arm)).T.ravel(), arm.weights, arm.reference]
-        ),
+        parameters=np.concatenate([target_numbers(cell.flange_targets(arm)).T.ravel(), arm.weights, arm.reference]),
         lower=np.concatenate([base[:, 0], np.tile(low, poses)]),
         upper=np.concatenate([base[:, 1], np.tile(high, poses)]),
         rows_lower=rows_low.ravel(),
@@ -218,9 +216,8 @@ def describe(program: Program) -> str:
         if there
     )
     arms = "; ".join(f"{arm.name}: {arm.robot.name}" for arm in program.arms)
-    return (
-        f"{len(program.lower)} unknowns, {len(program.rows_lower)} rows, {structure.poses} poses ({arms})"
-        + (f"; with {kinds}" if kinds else "")
+    return f"{len(program.lower)} unknowns, {len(program.rows_lower)} rows, {structure.poses} poses ({arms})" + (
+        f"; with {kinds}" if kinds else ""
     )
 
 

@@ -33,8 +33,8 @@ def explain_reach(cell: Cell, arm: Arm) -> tuple[Reason, ...]:
                 arm.name,
                 "out_of_reach",
                 tuple(int(j) for j in alone),
-                f"{arm.name}: {_poses(alone)} out of reach from every allowed base: at least {missing:.3f} m are missing; "
-                "enlarge the base region towards the task or choose a longer robot or tool",
+                f"{arm.name}: {_poses(alone)} out of reach from every allowed base, at least {missing:.3f} m are "
+                "missing; enlarge the base region towards the task or choose a longer robot or tool",
                 amount=missing,
                 unit="m",
             ),
@@ -103,7 +103,12 @@ def _impossible_alone(problem: ReducedProblem, box: Floats, seed: int) -> list[R
     far, stuck, worst, least = [], [], 0.0, np.inf
     for j in chosen:
         single = ReducedProblem(
-            arm, problem.form, problem.sigma, problem.rotations[j : j + 1], problem.positions[j : j + 1], np.inf,
+            arm,
+            problem.form,
+            problem.sigma,
+            problem.rotations[j : j + 1],
+            problem.positions[j : j + 1],
+            np.inf,
             problem.postures,
         )
         paths = evaluate(single, places)
@@ -119,14 +124,15 @@ def _impossible_alone(problem: ReducedProblem, box: Floats, seed: int) -> list[R
     reasons = []
     if far:
         detail = (
-            f"{arm.name}: {_poses(far)} out of reach from each of {len(places)} bases tried all over the region: about "
+            f"{arm.name}: {_poses(far)} out of reach from each of {len(places)} bases tried all over the region, about "
             f"{worst:.3f} m are missing; enlarge the region, change the grasp or choose a longer robot"
         )
         reasons.append(Reason(arm.name, "out_of_reach", tuple(far), detail, amount=worst, unit="m"))
     if stuck:
         detail = (
-            f"{arm.name}: {_poses(stuck)} within reach, but every posture from {len(places)} bases tried breaks a joint "
-            f"limit, the nearest by {np.degrees(least):.2f}°; turn the grasp, widen the yaw or choose another posture"
+            f"{arm.name}: {_poses(stuck)} within reach, but every posture from {len(places)} bases tried breaks a "
+            f"joint limit, the nearest by {np.degrees(least):.2f}°; turn the grasp, widen the yaw or choose another "
+            "posture"
         )
         reasons.append(Reason(arm.name, "joint_limit", tuple(stuck), detail, amount=least, unit="rad"))
     return reasons
@@ -146,7 +152,8 @@ def _broken(cell: Cell, arm: Arm, joints: Floats, missing: Floats) -> tuple[Reas
         poses = np.flatnonzero(beyond[:, i] > 1e-9)
         if len(poses):
             amount, name = float(np.max(beyond[:, i])), arm.robot.joint_names[i]
-            detail = f"{arm.name}: {where} {name} is beyond its limit by up to {np.degrees(amount):.2f}° at {_poses(poses)}"
+            excess = f"{np.degrees(amount):.2f}°"
+            detail = f"{arm.name}: {where} {name} is beyond its limit by up to {excess} at {_poses(poses)}"
             reasons.append(Reason(arm.name, "joint_limit", tuple(map(int, poses)), detail, name, amount, "rad"))
     steps = np.abs(np.diff(joints, axis=0)) - cell.max_joint_step
     for i in np.argsort(-np.max(steps, axis=0, initial=0.0)):
@@ -154,8 +161,9 @@ def _broken(cell: Cell, arm: Arm, joints: Floats, missing: Floats) -> tuple[Reas
         if len(poses):
             amount, name = float(np.max(steps[:, i])), arm.robot.joint_names[i]
             detail = (
-                f"{arm.name}: {where} {name} would have to turn {np.degrees(amount):.1f}° more than max_joint_step allows "
-                f"on the way to {_poses(poses)}: the path passes a singularity; add poses there, or move or turn the task"
+                f"{arm.name}: {where} {name} would have to turn {np.degrees(amount):.1f}° more than max_joint_step "
+                f"allows on the way to {_poses(poses)}: the path passes a singularity; add poses there, or move or "
+                "turn the task"
             )
             reasons.append(Reason(arm.name, "joint_step", tuple(map(int, poses)), detail, name, amount, "rad"))
     return tuple(reasons)
@@ -163,8 +171,8 @@ def _broken(cell: Cell, arm: Arm, joints: Floats, missing: Floats) -> tuple[Reas
 
 def _no_posture(arm: Arm) -> Reason:
     detail = (
-        f"{arm.name}: every pose can be reached by itself, but no single posture inside all limits was found for the whole "
-        "path; split the path, relax the posture or the conditioning asked for, or enlarge the base region"
+        f"{arm.name}: every pose can be reached by itself, but no single posture inside all limits was found for the "
+        "whole path; split the path, relax the posture or the conditioning asked for, or enlarge the base region"
     )
     return Reason(arm.name, "posture", (), detail)
 
@@ -174,7 +182,7 @@ def _excluded(arm: Arm) -> Reason:
 
 
 def _poses(indices: Floats | list[int] | tuple[int, ...] | np.ndarray) -> str:
-    """"pose 3 is" or "poses 2, 3, 4 are", shortened to what a person can read."""
+    """Indices as text, "pose 3" or "poses 2, 3, 4", shortened to what a person can read."""
     numbers = [int(j) for j in indices]
     if len(numbers) == 1:
         return f"pose {numbers[0]}"

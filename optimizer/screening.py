@@ -82,7 +82,8 @@ def screen(problem: ReducedProblem, box: Floats, seed: int) -> Screen:
 def _spacing(box: Floats, count: int) -> Floats:
     """(3,) m: distance between neighbours of an even spread of ``count`` points along each coordinate."""
     width: Floats = box[:, 1] - box[:, 0]
-    return width / count ** (1.0 / max(1, int(np.sum(width > 0.0))))
+    spacing: Floats = width / count ** (1.0 / max(1, int(np.sum(width > 0.0))))
+    return spacing
 
 
 def _pick(problem: ReducedProblem, points: Floats, spacing: Floats) -> list[Candidate]:
@@ -101,9 +102,7 @@ def _pick(problem: ReducedProblem, points: Floats, spacing: Floats) -> list[Cand
             k, i = (int(index) for index in np.unravel_index(np.argmin(open_), open_.shape))
             picked.append((k, i))
             open_[k, _near(points, points[i], spacing)] = np.inf
-    return [
-        Candidate(points[i], ALL_SIGNS[k], float(objective[k, i]), float(violation[k, i])) for k, i in picked
-    ]
+    return [Candidate(points[i], ALL_SIGNS[k], float(objective[k, i]), float(violation[k, i])) for k, i in picked]
 
 
 def _near(points: Floats, point: Floats, spacing: Floats) -> Bools:
@@ -143,9 +142,7 @@ def improve(problem: ReducedProblem, candidates: list[Candidate], box: Floats, s
     return best
 
 
-def _keep_best(
-    points: Floats, paths: Paths, candidates: list[Candidate], poses: int
-) -> tuple[list[Candidate], Floats]:
+def _keep_best(points: Floats, paths: Paths, candidates: list[Candidate], poses: int) -> tuple[list[Candidate], Floats]:
     """Best point of each cloud (K, 16, 3)."""
     shape = points.shape[:2]
     objective, violation = paths.objective[0].reshape(shape), paths.violation[0].reshape(shape)

@@ -1,4 +1,4 @@
-"""Search of one arm: screen the allowed bases, solve locally from the best distinct ones, keep the best usable answer."""
+"""Search of one arm: screen the allowed bases, solve locally from the best distinct ones, keep the best answer."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ STARTS = 4
 GENERAL_STARTS = 10
 """Local solves of an arm without one: its branches are only sampled."""
 WORTH = 1.2
-"""Starts whose score is this much above the best usable one are not worth a solve: screening is precise to a few percent."""
+"""Starts scored this much above the best usable one are not worth a solve: screening is precise to a few percent."""
 LONG_TASK = 200
 """Poses from which on only half as many starts are solved."""
 
@@ -79,7 +79,8 @@ def search_arm(cell: Cell, arm: Arm, settings: Settings, deadline: float) -> Arm
         if search.best is None and search.finished:
             search.reasons = explain_general(cell, arm, general.paths)
     if search.best is None and not search.finished:
-        search.reasons = (Reason(arm.name, "limit_reached", (), "the time limit was reached before a usable base was found"),)
+        detail = f"{arm.name}: the time limit was reached before a usable base was found; allow more time"
+        search.reasons = (Reason(arm.name, "limit_reached", (), detail),)
     return search
 
 

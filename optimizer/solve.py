@@ -137,13 +137,13 @@ def _outside(values: Floats, lower: Floats, upper: Floats) -> float:
 @lru_cache(maxsize=32)
 def _solver(structure: Structure, time_limit: float) -> ca.Function:
     """IPOPT on a structure with its assembled derivatives (cached: building costs more than a solve)."""
-    problem = {
+    problem: Any = {
         "x": structure.unknowns,
         "p": structure.parameters,
         "f": structure.objective,
         "g": structure.rows,
     }
-    options = {
+    options: Any = {
         "print_time": False,
         "error_on_fail": False,
         "grad_f": structure.gradient,

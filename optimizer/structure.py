@@ -23,7 +23,7 @@ class Structure:
     Attributes:
         robots: of the arms. poses: m. keep_shoulder, steps, cuts: which optional rows there are.
         unknowns: (N,) MX. parameters: (p,) MX. objective: MX. rows: (M,) MX.
-        gradient, jacobian, hessian: functions in the form `casadi.nlpsol` takes for ``grad_f``, ``jac_g``, ``hess_lag``.
+        gradient, jacobian, hessian: functions as `casadi.nlpsol` takes them for ``grad_f``, ``jac_g``, ``hess_lag``.
     """
 
     robots: tuple[Robot, ...]
@@ -82,9 +82,7 @@ def structure_of(robots: tuple[Robot, ...], poses: int, keep_shoulder: bool, ste
         parameters=parameters,
         objective=objective,
         rows=all_rows,
-        gradient=ca.Function(
-            "nlp_grad_f", point, [objective, ca.vertcat(*gradient)], ["x", "p"], ["f", "grad_f_x"]
-        ),
+        gradient=ca.Function("nlp_grad_f", point, [objective, ca.vertcat(*gradient)], ["x", "p"], ["f", "grad_f_x"]),
         jacobian=ca.Function("nlp_jac_g", point, [all_rows, ca.diagcat(*jacobian)], ["x", "p"], ["g", "jac_g_x"]),
         hessian=ca.Function(
             "nlp_hess_l",
@@ -148,7 +146,7 @@ class _ArmPart:
         return _sparse(ca.vec(blocks), rows, columns, (size * m, self.unknowns))
 
     def _hessian(self, curvature: ca.MX, diagonal: ca.MX) -> ca.MX:
-        """Upper triangle (unknowns, unknowns) from the entries of `hessian_pattern` (k, m) and the objective's (n·m,)."""
+        """Upper triangle (unknowns, unknowns) from entries of `hessian_pattern` (k, m) and of the objective (n·m,)."""
         m, n = self.poses, self.n
         pattern = np.array(hessian_pattern(n))
         shared = int(np.sum(np.all(pattern < BASE, axis=1)))  # base-base entries are summed over the poses

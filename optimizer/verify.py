@@ -63,7 +63,8 @@ def check(cell: Cell, arm: Arm, point: ArmPoint) -> ArmCheck:
     """Check one arm's part of an answer.
 
     Args:
-        cell: the task. arm: the arm.
+        cell: the task.
+        arm: the arm.
         point: base placement, joints and posture.
     """
     base_in_world = transform(rotation_z(point.yaw), point.position)

@@ -1,0 +1,68 @@
+"""The way of a request into the house: bytes, JSON, sizes, fields, meaning. After it a request can be carried out."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from models.robot import Robot
+from service.convert import cell_of
+from service.limits import check_amounts, check_sizes
+from service.schemas.request import LayoutRequest
+from service.settings import Limits
+from service.strict_json import parse
+from service.validation import validate
+
+
+@dataclass(frozen=True, slots=True)
+class Accepted:
+    """A request that can be carried out.
+
+    Attributes:
+        text: its JSON with every default filled in.
+        request_hash: see `hash_of`.
+        name: its label.
+        certificate_time: s that it asks for a proof.
+    """
+
+    text: str
+    request_hash: str
+    name: str
+    certificate_time: float
+
+
+def accept(body: bytes, limits: Limits, robots: Mapping[str, Robot] | None = None) -> Accepted:
+    """The request in ``body``.
+
+    Args:
+        body: a JSON document.
+        limits: how large it may be.
+        robots: further robots by name.
+
+    Raises:
+        NotJson: it is no JSON document.
+        InvalidRequest: it cannot be carried out.
+    """
+    document = parse(body)
+    check_amounts(document, limits)
+    request = validate(LayoutRequest, document)
+    check_sizes(request, limits)
+    cell_of(request, robots)
+    return Accepted(
+        text=request.model_dump_json(),
+        request_hash=hash_of(request.model_dump(mode="json")),
+        name=request.name,
+        certificate_time=0.0 if request.certificate is None else request.certificate.time_limit,
+    )
+
+
+def hash_of(document: Any) -> str:
+    """SHA-256 (hex) of a document's canonical JSON: names sorted, no spaces, UTF-8, shortest decimal numbers.
+
+    The ``request`` of an answer has the ``request_hash`` of that answer.
+    """
+    text = json.dumps(document, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    return hashlib.sha256(text.encode("utf-8")).hexdigest()

@@ -1,0 +1,60 @@
+"""/healthz, /readyz, and explanations of problems."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+
+from fastapi import APIRouter
+from fastapi.responses import JSONResponse, Response
+
+from service.api.state import StateOf
+from service.problems import KINDS, Problem
+from service.schemas.resources import Health, ProblemDocument, ProblemKind, Readiness
+from service.version import package_version
+
+router = APIRouter(tags=["service"])
+
+PROBLEM = {"model": ProblemDocument}
+
+
+@router.get(
+    "/healthz",
+    operation_id="get_health",
+    summary="Is the process alive?",
+    response_model=None,
+    responses={200: {"model": Health, "description": "It is."}},
+)
+async def get_health() -> Response:
+    """Answers as long as the process does; looks at nothing else."""
+    return JSONResponse({"status": "ok", "version": package_version()})
+
+
+@router.get(
+    "/readyz",
+    operation_id="get_readiness",
+    summary="Can the service solve?",
+    response_model=None,
+    responses={200: {"model": Readiness, "description": "It can."}, 503: PROBLEM},
+)
+async def get_readiness(state: StateOf) -> Response:
+    """Looks at the store, at the workers, and at a self-test solve that must be at most 30 s old."""
+    checks = {"store": {"ok": await state.jobs.reachable()}, **state.monitor.report()}
+    failed = [name for name, check in checks.items() if not check["ok"]]
+    if failed:
+        why = "; ".join(f"{name}: {checks[name].get('detail') or 'fails'}" for name in failed)
+        raise Problem("not-ready", why, headers={"Retry-After": "1"})
+    return JSONResponse({"status": "ready", "checks": checks})
+
+
+@router.get(
+    "/problems/{code}",
+    operation_id="get_problem",
+    summary="What does a problem mean?",
+    response_model=None,
+    responses={200: {"model": ProblemKind, "description": "It means this."}, 404: PROBLEM},
+)
+async def get_problem(code: str) -> Response:
+    """Explains the `type` of an error answer."""
+    if code not in KINDS:
+        raise Problem("not-found", f"There is no kind of problem called {code[:80]!r}; known are {', '.join(KINDS)}.")
+    return JSONResponse({"code": code, **asdict(KINDS[code])})

@@ -1,0 +1,29 @@
+"""What endpoints share; it lives as long as the app."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from fastapi import Depends, Request
+
+from service.health import Monitor
+from service.jobs import Jobs
+from service.settings import Settings
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """The parts of a running service."""
+
+    settings: Settings
+    jobs: Jobs
+    monitor: Monitor
+
+
+def _state(request: Request) -> State:
+    state: State = request.app.state.duocell
+    return state
+
+
+StateOf = Annotated[State, Depends(_state)]

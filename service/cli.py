@@ -1,0 +1,120 @@
+"""The command line. Modules are imported where they are needed: `duocell version` should not load solvers."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Sequence
+from enum import IntEnum
+from pathlib import Path
+
+
+class Exit(IntEnum):
+    """Exit codes."""
+
+    SOLVED = 0
+    FAILED = 1
+    BAD_INPUT = 2
+    INFEASIBLE = 3
+    CUT = 4
+    INTERRUPTED = 130
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command; returns its exit code."""
+    options = parser().parse_args(arguments)
+    command: Callable[[argparse.Namespace], int] = options.command
+    try:
+        return int(command(options))
+    except KeyboardInterrupt:
+        sys.stderr.write("interrupted\n")
+        return Exit.INTERRUPTED
+    except BrokenPipeError:  # `duocell robots | head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return Exit.FAILED
+
+
+def parser() -> argparse.ArgumentParser:
+    """The grammar of the command line."""
+    top = argparse.ArgumentParser(
+        prog="duocell",
+        description="Finds where to bolt down the arms of a workcell.",
+        epilog="exit codes: 0 solved, 1 failed, 2 bad input, 3 infeasible, 4 cut by a limit, 130 interrupted",
+    )
+    commands = top.add_subparsers(required=True, metavar="COMMAND")
+
+    serve = commands.add_parser("serve", help="answer requests over HTTP", description="Answer requests over HTTP.")
+    serve.add_argument("--host", help="address to listen on (DUOCELL_HOST, default 127.0.0.1)")
+    serve.add_argument("--port", type=int, help="port to listen on, 0: a free one (DUOCELL_PORT, default 8080)")
+    serve.add_argument("--workers", type=int, help="solves at the same time (DUOCELL_WORKERS, default: one per core)")
+    serve.add_argument("--data-dir", type=Path, help="folder for what has to survive a restart (DUOCELL_DATA_DIR)")
+    serve.set_defaults(command=_serve)
+
+    solve = commands.add_parser("solve", help="solve a request", description="Solve a request and print the layout.")
+    solve.add_argument("request", metavar="REQUEST.json", help="a body of POST /v1/layouts; - reads standard input")
+    solve.add_argument("-o", "--output", metavar="RESULT.json", help="where to write the answer; - is standard output")
+    _add_robots(solve)
+    solve.add_argument("--time-limit", type=float, metavar="S", help="soft limit in s (DUOCELL_TIME_LIMIT, default 60)")
+    solve.set_defaults(command=_solve)
+
+    robots = commands.add_parser(
+        "robots", help="list the robots, or show one", description="List the robots, or show one."
+    )
+    robots.add_argument("name", nargs="?", metavar="NAME")
+    robots.set_defaults(command=_robots)
+
+    figure = commands.add_parser("figure", help="draw a result", description="Draw the floor plan of a result.")
+    figure.add_argument("result", metavar="RESULT.json", help="written by `duocell solve -o`, or GET /v1/layouts/{id}")
+    figure.add_argument("-o", "--output", metavar="FILE.svg", type=Path, required=True, help=".svg, .pdf or .png")
+    _add_robots(figure)
+    figure.set_defaults(command=_figure)
+
+    version = commands.add_parser("version", help="print the version", description="Print the version.")
+    version.set_defaults(command=_version)
+    return top
+
+
+def _add_robots(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--robot-urdf",
+        action="append",
+        default=[],
+        metavar="NAME=FILE[:BASE[:TIP]]",
+        help="a robot from a URDF file, to be named NAME in the request; BASE and TIP are links of the file",
+    )
+
+
+def _serve(options: argparse.Namespace) -> int:
+    from service.cli_serve import serve
+
+    return serve(host=options.host, port=options.port, workers=options.workers, data_dir=options.data_dir)
+
+
+def _solve(options: argparse.Namespace) -> int:
+    from service.cli_solve import solve
+
+    return solve(options.request, options.output, options.robot_urdf, options.time_limit)
+
+
+def _robots(options: argparse.Namespace) -> int:
+    from service.cli_tables import print_robot, print_robots
+
+    return print_robots() if options.name is None else print_robot(options.name)
+
+
+def _figure(options: argparse.Namespace) -> int:
+    from service.cli_solve import figure
+
+    return figure(options.result, options.output, options.robot_urdf)
+
+
+def _version(options: argparse.Namespace) -> int:
+    from service.version import package_version
+
+    sys.stdout.write(f"duocell {package_version()}\n")
+    return Exit.SOLVED
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

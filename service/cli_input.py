@@ -1,0 +1,60 @@
+"""What the commands read, and how they complain about it."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from service.cli import Exit
+from service.issues import MOST_SHOWN, InvalidRequest, Issue
+
+if TYPE_CHECKING:
+    from models.robot import Robot
+
+
+def read(source: str) -> bytes:
+    """A file, or standard input for "-".
+
+    Raises:
+        InvalidRequest: it cannot be read.
+    """
+    if source == "-":
+        return sys.stdin.buffer.read()
+    try:
+        return Path(source).read_bytes()
+    except OSError as error:
+        raise InvalidRequest([Issue("", f"{source} cannot be read: {error.strerror}. Check the path.")]) from error
+
+
+def robots_from(options: Sequence[str]) -> dict[str, Robot]:
+    """Robots of options NAME=FILE[:BASE[:TIP]].
+
+    Raises:
+        InvalidRequest: an option or its file cannot be used.
+    """
+    from models.errors import InvalidInput
+    from models.urdf import robot_from_urdf
+
+    robots = {}
+    for option in options:
+        name, _, rest = option.partition("=")
+        if not name or not rest:
+            raise InvalidRequest([Issue("", f"--robot-urdf {option!r}: NAME=FILE[:BASE[:TIP]] is needed.")])
+        path, base, tip = (*rest.split(":"), "", "")[:3]
+        try:
+            robots[name] = robot_from_urdf(path, base or None, tip or None)
+        except InvalidInput as error:
+            raise InvalidRequest([Issue("", f"--robot-urdf {option}: {error.detail}", error.code)]) from error
+    return robots
+
+
+def complain(issues: Iterable[Issue]) -> int:
+    """Print issues the way the service lists them; returns the exit code for bad input."""
+    found = list(issues)
+    for issue in found[:MOST_SHOWN]:
+        sys.stderr.write(f"{issue.pointer + ': ' if issue.pointer else ''}{issue.detail}\n")
+    if len(found) > MOST_SHOWN:
+        sys.stderr.write(f"... and {len(found) - MOST_SHOWN} more\n")
+    return Exit.BAD_INPUT

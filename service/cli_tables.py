@@ -1,0 +1,139 @@
+"""Tables for people: millimetres and degrees."""
+
+from __future__ import annotations
+
+from math import degrees
+from typing import IO, Any
+
+from rich.console import Console
+from rich.table import Table
+
+from models.errors import UnknownRobot
+from service.cli import Exit
+from service.cli_input import complain
+from service.issues import Issue
+from service.robots import robot_document, robot_list
+
+NONE = "-"
+PLAIN_WIDTH = 160
+"""Columns where the output is no terminal."""
+
+
+def console_on(file: IO[str] | None = None) -> Console:
+    """A console that does not fold tables in files and pipes."""
+    console = Console(file=file, highlight=False, soft_wrap=False)
+    return console if console.is_terminal else Console(file=file, highlight=False, width=PLAIN_WIDTH)
+
+
+def print_layout(resource: dict[str, Any], file: IO[str]) -> None:
+    """Where the bases go, how near the joints come to their limits, and why not where not."""
+    console, result = console_on(file), resource["result"]
+    console.print(f"[bold]{_headline(resource)}[/]")
+    if result["arms"]:
+        console.print(_placements(result["arms"]))
+        console.print(_margins(result["arms"]))
+    for reason in result["reasons"]:
+        console.print(f"  {reason['arm']}: {reason['detail']}", markup=False)
+    console.print(_evidence(result), markup=False)
+
+
+def _headline(resource: dict[str, Any]) -> str:
+    result = resource["result"]
+    name = f"{resource['name']}: " if resource["name"] else ""
+    objective = "" if result["objective"] is None else f", objective {result['objective']:.4f}"
+    proof = " (proved)" if result["proved"] else ""
+    return f"{name}{result['outcome']}{proof}{objective}".replace("[", r"\[")
+
+
+def _placements(arms: list[dict[str, Any]]) -> Table:
+    table = Table(title="Placements", title_justify="left")
+    for heading in ("arm", "x [mm]", "y [mm]", "z [mm]", "yaw [°]", "posture", "objective", "conditioning"):
+        table.add_column(heading, justify="left" if heading in ("arm", "posture") else "right")
+    for arm in arms:
+        x, y, z = (f"{1000.0 * value:.2f}" for value in arm["base"]["position"])
+        posture = " ".join((arm["posture"] or {}).values()) or NONE
+        yaw = f"{degrees(arm['base']['yaw']):.3f}"
+        numbers = (_number(arm["objective"], 4), _number(arm["minimum_conditioning"], 3))
+        table.add_row(arm["name"], x, y, z, yaw, posture, *numbers)
+    return table
+
+
+def _margins(arms: list[dict[str, Any]]) -> Table:
+    table = Table(title="Smallest distance to a joint limit [°]", title_justify="left")
+    table.add_column("arm")
+    joints = max(len(arm["joint_margins"]) for arm in arms)
+    for heading in (*(f"joint {index + 1}" for index in range(joints)), "smallest"):
+        table.add_column(heading, justify="right")
+    for arm in arms:
+        margins = [_degrees(margin) for margin in arm["joint_margins"]]
+        table.add_row(arm["name"], *margins, *[""] * (joints - len(margins)), _degrees(arm["minimum_margin"]))
+    return table
+
+
+def _evidence(result: dict[str, Any]) -> str:
+    """What speaks for the answer."""
+    search, lines = result["search"], []
+    lines.append(
+        f"search: {search['candidates']} candidates, {search['starts']} starts, {search['basins']} basins, "
+        f"{search['wall_time']:.3f} s"
+    )
+    if (check := result["verification"]) is not None:
+        errors = f"{check['max_position_error']:.1e} m, {check['max_orientation_error']:.1e} rad"
+        limits = "kept" if check["limits_respected"] else "NOT KEPT"
+        step = degrees(check["max_joint_step"])
+        lines.append(f"verified: {errors}, largest joint step {step:.1f}°, limits {limits}")
+    if (proof := result["certificate"]) is not None and proof["lower_bound"] is not None:
+        gap = "" if proof["gap"] is None else f", gap {100.0 * proof['gap']:.2f} %"
+        state = "proved" if proof["proved"] else "not proved"
+        lines.append(f"certificate: lower bound {proof['lower_bound']:.4f}{gap}, {state}, {proof['wall_time']:.2f} s")
+    lines += [
+        f"{run['method']}: objective {_number(run['objective'], 4)}, {run['wall_time']:.2f} s"
+        f"{'' if run['feasible'] else ', not feasible'}"
+        for run in result["baselines"]
+    ]
+    return "\n".join(lines)
+
+
+def print_robots() -> int:
+    """All robots."""
+    table = Table()
+    for heading in ("name", "model", "joints", "reach [mm] up to"):
+        table.add_column(heading, justify="right" if "[" in heading or heading == "joints" else "left")
+    for robot in robot_list():
+        table.add_row(robot["name"], robot["title"], str(robot["dof"]), f"{1000.0 * robot['reach']:.0f}")
+    console_on().print(table)
+    return Exit.SOLVED
+
+
+def print_robot(name: str) -> int:
+    """One robot."""
+    try:
+        robot = robot_document(name)
+    except UnknownRobot as error:
+        return complain([Issue("", error.detail, error.code)])
+    console = console_on()
+    console.print(f"[bold]{robot['name']}[/]: {robot['title'] or NONE} ({robot['maker'] or NONE})")
+    table = Table()
+    for heading in ("joint", "lower [°]", "upper [°]", "reference [°]"):
+        table.add_column(heading, justify="left" if heading == "joint" else "right")
+    for joint in robot["joints"]:
+        table.add_row(joint["name"], *(_degrees(joint[key]) for key in ("lower", "upper", "reference")))
+    console.print(table)
+    for label, text in (
+        ("reach", f"{1000.0 * robot['reach']:.0f} mm at most"),
+        ("frames", f"{robot['base_frame']} (base) to {robot['flange_frame']} (flange)"),
+        ("reference", robot["reference_source"]),
+        ("source", robot["source"]),
+        ("licence", robot["licence"]),
+        *(("note", note) for note in robot["notes"]),
+    ):
+        console.print(f"{label}: {text}", markup=False)
+    return Exit.SOLVED
+
+
+def _degrees(value: float | None) -> str:
+    return NONE if value is None else f"{degrees(value):.1f}"
+
+
+def _number(value: float | None, digits: int) -> str:
+    return NONE if value is None else f"{value:.{digits}f}"

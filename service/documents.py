@@ -1,0 +1,136 @@
+"""From a layout to the JSON document of the contract. Numbers that are infinite (no limit, no margin) become null."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from math import cos, isfinite, sin
+from typing import Any
+
+from optimizer.layout import (
+    ArmCertificate,
+    Baseline,
+    Certificate,
+    Layout,
+    Placement,
+    Reason,
+    Verification,
+)
+from service.version import package_version
+
+
+def result_document(layout: Layout, request_hash: str) -> dict[str, Any]:
+    """The ``result`` of a layout resource."""
+    return {
+        "outcome": layout.outcome.value,
+        "objective": finite(layout.objective),
+        "arms": [_placement(placement) for placement in layout.placements],
+        "reasons": [_reason(reason) for reason in layout.reasons],
+        "proved": layout.proved,
+        "search": {
+            "candidates": layout.search.candidates,
+            "starts": layout.search.starts,
+            "basins": layout.search.basins,
+            "wall_time": layout.search.wall_time,
+        },
+        "certificate": _certificate(layout.certificate),
+        "baselines": [_baseline(baseline) for baseline in layout.baselines],
+        "verification": _verification(layout.verification),
+        "version": package_version(),
+        "request_hash": request_hash,
+    }
+
+
+def finite(value: float | None) -> float | None:
+    """A number as JSON can hold it."""
+    return float(value) if value is not None and isfinite(value) else None
+
+
+def _numbers(values: Iterable[float]) -> list[float | None]:
+    return [finite(value) for value in values]
+
+
+def _base(position: Iterable[float], yaw: float) -> dict[str, Any]:
+    """Base frame in the world, as numbers for a person and as a pose for a program."""
+    origin = [float(value) for value in position]
+    orientation = {"quaternion": [0.0, 0.0, sin(0.5 * yaw), cos(0.5 * yaw)]}
+    return {"position": origin, "yaw": float(yaw), "pose": {"position": origin, "orientation": orientation}}
+
+
+def _placement(placement: Placement) -> dict[str, Any]:
+    return {
+        "name": placement.arm,
+        "base": _base(placement.position, placement.yaw),
+        "posture": placement.posture,
+        "objective": finite(placement.objective),
+        "joints": placement.joints.tolist(),
+        "minimum_margin": finite(placement.minimum_margin),
+        "joint_margins": _numbers(placement.joint_margins),
+        "minimum_conditioning": finite(placement.minimum_conditioning),
+        "characteristic_length": finite(placement.characteristic_length),
+        "singularity_distances": {name: finite(value) for name, value in placement.singularity_distances.items()},
+    }
+
+
+def _reason(reason: Reason) -> dict[str, Any]:
+    return {
+        "arm": reason.arm,
+        "kind": reason.kind,
+        "poses": [int(pose) for pose in reason.poses],
+        "joint": reason.joint,
+        "amount": finite(reason.amount),
+        "unit": reason.unit,
+        "detail": reason.detail,
+    }
+
+
+def _certificate(certificate: Certificate | None) -> dict[str, Any] | None:
+    return (
+        None if certificate is None else {**_proof(certificate), "arms": [_arm_proof(arm) for arm in certificate.arms]}
+    )
+
+
+def _arm_proof(certificate: ArmCertificate) -> dict[str, Any]:
+    return {"arm": certificate.arm, **_proof(certificate), "note": certificate.note}
+
+
+def _proof(certificate: Certificate | ArmCertificate) -> dict[str, Any]:
+    """What the proof of a cell and that of an arm have in common."""
+    return {
+        "lower_bound": finite(certificate.lower_bound),
+        "gap": finite(certificate.gap),
+        "proved": certificate.proved,
+        "boxes": certificate.boxes,
+        "wall_time": certificate.wall_time,
+    }
+
+
+def _baseline(baseline: Baseline) -> dict[str, Any]:
+    return {
+        "method": baseline.method,
+        "objective": finite(baseline.objective),
+        "wall_time": baseline.wall_time,
+        "feasible": baseline.feasible,
+        "note": baseline.note,
+        "arms": [
+            {
+                "arm": arm.arm,
+                "base": _base(arm.position, arm.yaw),
+                "objective": finite(arm.objective),
+                "feasible": arm.feasible,
+            }
+            for arm in baseline.arms
+        ],
+    }
+
+
+def _verification(verification: Verification | None) -> dict[str, Any] | None:
+    return (
+        None
+        if verification is None
+        else {
+            "max_position_error": verification.max_position_error,
+            "max_orientation_error": verification.max_orientation_error,
+            "max_joint_step": verification.max_joint_step,
+            "limits_respected": verification.limits_respected,
+        }
+    )

@@ -1,0 +1,71 @@
+"""From exceptions to problem documents; every error that leaves the service passes here."""
+
+from __future__ import annotations
+
+import logging
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import Response
+from starlette.exceptions import HTTPException
+
+from models.errors import DuocellError
+from service.issues import InvalidRequest, Issue
+from service.jobs import QueueFull
+from service.problems import BY_STATUS, KINDS, Problem, phrase, response
+from service.settings import Settings
+from service.strict_json import NotJson
+
+log = logging.getLogger(__name__)
+
+
+def install(app: FastAPI, settings: Settings) -> None:
+    """Teach ``app`` to answer every exception with a problem."""
+
+    def handle(request: Request, error: Exception) -> Response:
+        problem, status = as_problem(error, settings)
+        return response(problem, request.url.path, status)
+
+    for kind in (Problem, InvalidRequest, NotJson, QueueFull, DuocellError, RequestValidationError, HTTPException):
+        app.add_exception_handler(kind, handle)
+    app.add_exception_handler(Exception, handle)
+
+
+def as_problem(error: Exception, settings: Settings) -> tuple[Problem, int]:
+    """The problem of an exception, and its status where that is not the kind's own."""
+    match error:
+        case Problem():
+            return error, 0
+        case InvalidRequest():
+            first, more = error.issues[0], len(error.issues) - 1
+            detail = f"{first.pointer or 'The body'}: {first.detail}" + (f" ({more} more)" if more else "")
+            return Problem(error.code, detail, errors=error.issues), 0
+        case NotJson():
+            return Problem("invalid-json", error.detail, errors=[Issue("", error.detail)]), 0
+        case QueueFull():
+            detail = f"{error.waiting} layouts are waiting already. Try again in {error.retry_after} s."
+            return Problem("queue-full", detail, headers={"Retry-After": str(error.retry_after)}), 0
+        case DuocellError():
+            return Problem(error.code if error.code in KINDS else "error", error.detail), 0
+        case RequestValidationError():
+            issues = [
+                Issue("", f"{'/'.join(map(str, e['loc']))}: {e['msg']}, got {e['input']!r}.") for e in error.errors()
+            ]
+            return Problem("invalid-request", issues[0].detail, errors=issues), 0
+        case HTTPException():
+            return _framework_problem(error, settings), error.status_code
+    log.error("unexpected error", exc_info=error)
+    return Problem("internal", "Something unexpected happened; the log of the server has the details."), 0
+
+
+def _framework_problem(error: HTTPException, settings: Settings) -> Problem:
+    """What FastAPI and Starlette raise on their own: unknown addresses and methods, bodies beyond the limit."""
+    code = BY_STATUS.get(error.status_code, "internal" if error.status_code >= 500 else "bad-request")
+    detail = error.detail if error.detail != phrase(error.status_code) else KINDS[code].title
+    if error.status_code == 413:
+        detail = f"The body has more than {settings.max_body} bytes (DUOCELL_MAX_BODY). Send fewer poses."
+    advice = KINDS[code].advice
+    errors = [Issue("", detail)] if error.status_code == 413 else []
+    return Problem(
+        code, f"{detail.rstrip('.')}. {advice}" if not errors else detail, errors=errors, headers=error.headers
+    )

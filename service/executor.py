@@ -1,0 +1,164 @@
+"""Where solves run: a seam, and a pool of warm processes behind it."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import multiprocessing
+import os
+import signal
+from concurrent.futures import BrokenExecutor
+from typing import Any, Protocol
+
+from pebble import ProcessExpired, ProcessPool
+
+from service import worker
+from service.worker import Answer
+
+log = logging.getLogger(__name__)
+
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""Threads gain nothing in IPOPT with MUMPS and would fight over the cores; processes do the parallel work."""
+
+ATTEMPTS = 3
+"""Pools that a task may be handed to; only tasks that no worker had begun are handed on."""
+
+
+class SolveFailed(Exception):
+    """A solve without an answer.
+
+    Attributes:
+        code: stable name of the failure.
+        detail: sentence about it.
+    """
+
+    def __init__(self, code: str, detail: str) -> None:
+        super().__init__(detail)
+        self.code = code
+        self.detail = detail
+
+
+class Executor(Protocol):
+    """Where solves run."""
+
+    def start(self) -> None:
+        """Begin to warm up; returns at once."""
+
+    async def solve(self, text: str, request_hash: str, time_limit: float, kill_after: float) -> Answer:
+        """The result of an accepted request; its text is never None.
+
+        Args:
+            text: the request.
+            request_hash: of that request.
+            time_limit: s, soft limit.
+            kill_after: s, hard limit.
+
+        Raises:
+            SolveFailed: there is none, and why.
+        """
+
+    async def self_test(self) -> None:
+        """Solve a small cell with a known answer.
+
+        Raises:
+            SolveFailed: it came out wrong or not at all.
+        """
+
+    def alive(self) -> int:
+        """Workers that live."""
+
+    def stop(self) -> None:
+        """End all workers; blocks until they are gone."""
+
+
+class ProcessExecutor:
+    """Processes that are spawned once, warmed up and kept.
+
+    There is one process more than solves at the same time: it takes the self-tests, and stands in at once for a
+    worker that died until another one is warm. Keeping the number of solves down is the caller's part.
+    """
+
+    def __init__(self, workers: int, *, initialize: Any = worker.initialize, solve: Any = worker.solve) -> None:
+        self._workers = workers
+        self._initialize = initialize
+        self._solve = solve
+        self._pool: ProcessPool | None = None
+
+    def start(self) -> None:
+        """Spawn the processes; returns before they are warm."""
+        if self._pool is None:
+            limit_threads()
+            self._pool = ProcessPool(
+                max_workers=self._workers + 1,
+                initializer=self._initialize,
+                context=multiprocessing.get_context("spawn"),
+            )
+            self._pool.active  # noqa: B018 - asking starts the processes
+
+    async def solve(self, text: str, request_hash: str, time_limit: float, kill_after: float) -> Answer:
+        """See `Executor`."""
+        return await self._run(self._solve, (text, request_hash, time_limit), kill_after)
+
+    async def self_test(self) -> None:
+        """See `Executor`."""
+        await self._run(worker.self_test, (), worker.SELF_TEST_LIMIT * 2.0)
+
+    def alive(self) -> int:
+        """See `Executor`."""
+        return 0 if self._pool is None else len(multiprocessing.active_children())
+
+    def stop(self) -> None:
+        """See `Executor`."""
+        pool, self._pool = self._pool, None
+        if pool is not None:
+            _end(pool)
+
+    async def _run(self, function: Any, arguments: tuple[Any, ...], kill_after: float) -> Answer:
+        """Run a function of `service.worker`, on another pool if this one breaks before the function began."""
+        for _ in range(ATTEMPTS):
+            self.start()
+            pool = self._pool
+            if pool is None:
+                break
+            try:
+                answer: Answer = await asyncio.wrap_future(pool.schedule(function, arguments, timeout=kill_after))
+            except TimeoutError as error:
+                raise SolveFailed(
+                    "time-limit", f"No answer within {kill_after:g} s; the worker was stopped."
+                ) from error
+            except ProcessExpired as error:
+                raise SolveFailed("worker-died", _obituary(error.exitcode)) from error
+            except (BrokenExecutor, RuntimeError) as error:
+                log.warning("the pool of workers broke (%s); starting another", error)
+                await self._discard(pool)
+                continue
+            if answer.text is None:
+                raise SolveFailed(answer.code, answer.detail)
+            return answer
+        raise SolveFailed("no-worker", "No worker could be started. See the log of the server.")
+
+    async def _discard(self, pool: ProcessPool) -> None:
+        """Replace a broken pool, once, whoever notices it first."""
+        if self._pool is pool:
+            self._pool = None
+            await asyncio.to_thread(_end, pool)
+
+
+def limit_threads() -> None:
+    """One thread per engine, in processes that load them from now on: this one and those it spawns."""
+    for name in ONE_THREAD:
+        os.environ.setdefault(name, "1")
+
+
+def _end(pool: ProcessPool) -> None:
+    """Stop a pool; blocks."""
+    pool.stop()  # type: ignore[no-untyped-call]
+    pool.join()
+
+
+def _obituary(exit_code: int) -> str:
+    """How a process ended, in words."""
+    end = f"exit code {exit_code}" if exit_code >= 0 else f"signal {signal.Signals(-exit_code).name}"
+    return (
+        f"The worker process was ended by {end} in the middle of the solve. Another one has taken its place; try again."
+    )

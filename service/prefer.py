@@ -1,0 +1,21 @@
+"""The request header Prefer (RFC 7240), as far as it concerns waiting."""
+
+from __future__ import annotations
+
+import re
+
+_WAIT = re.compile(r"\s*wait\s*=\s*\"?(\d{1,9})\"?\s*", re.IGNORECASE)
+
+
+def preferred_wait(headers: list[str], most: float) -> float | None:
+    """Seconds a client is willing to wait, capped; None if it says nothing that can be understood.
+
+    Args:
+        headers: values of all Prefer headers; of repeated preferences the first counts.
+        most: s, cap.
+    """
+    for preference in ",".join(headers).split(","):
+        match = _WAIT.fullmatch(preference.split(";")[0])
+        if match is not None:
+            return min(float(match[1]), most)
+    return None

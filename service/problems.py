@@ -1,0 +1,104 @@
+"""Problem documents (RFC 9457): the one form of every error answer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from http import HTTPStatus
+from typing import Any
+
+from fastapi.responses import JSONResponse
+
+from service.issues import MOST_SHOWN, Issue
+
+MEDIA_TYPE = "application/problem+json"
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A kind of problem: HTTP status, title, and what to do about it in general."""
+
+    status: int
+    title: str
+    advice: str
+
+
+_CHECK = "Each entry of `errors` points to the place and says what is allowed there."
+KINDS: dict[str, Kind] = {
+    "invalid-json": Kind(400, "The body is no JSON document", "Send one JSON object, encoded as UTF-8."),
+    "bad-request": Kind(400, "The request cannot be read", "See the detail."),
+    "not-found": Kind(404, "There is nothing here", "Check the address; `/docs` lists all of them."),
+    "layout-not-found": Kind(404, "No such layout", "Finished layouts are forgotten after a while: ask again."),
+    "robot-not-found": Kind(404, "No such robot", "`GET /v1/robots` lists all of them."),
+    "method-not-allowed": Kind(405, "This address does not know that method", "The header Allow lists what it knows."),
+    "body-too-large": Kind(413, "The body is too large", "Send fewer poses, or raise DUOCELL_MAX_BODY."),
+    "unsupported-media-type": Kind(415, "The body must be JSON", "Send the header `Content-Type: application/json`."),
+    "invalid-request": Kind(422, "The request cannot be carried out", _CHECK),
+    "invalid-input": Kind(422, "The request holds a value that cannot be used", _CHECK),
+    "invalid-rotation": Kind(422, "An orientation is no rotation", _CHECK),
+    "invalid-task": Kind(422, "The task defines no path", _CHECK),
+    "invalid-robot": Kind(422, "The robot cannot be used", _CHECK),
+    "unknown-robot": Kind(422, "No such robot", "`GET /v1/robots` lists all of them."),
+    "too-large": Kind(422, "The request asks for too much", _CHECK + " The limits are settings of the service."),
+    "queue-full": Kind(429, "Too many layouts are waiting", "Try again after the seconds of the header Retry-After."),
+    "error": Kind(500, "An error of the service", "Tell the operator; the log has the details."),
+    "internal": Kind(500, "An error of the service", "Tell the operator; the log has the details."),
+    "solver-failure": Kind(500, "An engine broke down", "Tell the operator; the log has the details."),
+    "not-ready": Kind(503, "The service is not ready", "Try again after the seconds of the header Retry-After."),
+}
+"""All kinds by code; codes of `models.errors` included."""
+
+BY_STATUS = {
+    400: "bad-request",
+    404: "not-found",
+    405: "method-not-allowed",
+    413: "body-too-large",
+    415: "unsupported-media-type",
+    422: "invalid-request",
+}
+"""Kinds of the errors that the framework raises with nothing but a status."""
+
+
+class Problem(Exception):
+    """An error answer, to be raised where it is found."""
+
+    def __init__(
+        self, code: str, detail: str, *, errors: Sequence[Issue] = (), headers: Mapping[str, str] | None = None
+    ) -> None:
+        super().__init__(detail)
+        self.code = code
+        self.detail = detail
+        self.errors = errors
+        self.headers = headers
+
+
+def document(code: str, detail: str, instance: str, errors: Sequence[Issue] = (), status: int = 0) -> dict[str, Any]:
+    """A problem document; ``status`` if it differs from that of the kind."""
+    kind = KINDS[code]
+    listed = [{"pointer": issue.pointer, "detail": issue.detail} for issue in errors[:MOST_SHOWN]]
+    if len(errors) > MOST_SHOWN:
+        more = len(errors) - MOST_SHOWN
+        listed.append({"pointer": "", "detail": f"{more} further problems are not listed. Correct these first."})
+    return {
+        "type": f"/problems/{code}",
+        "title": kind.title,
+        "status": status or kind.status,
+        "detail": detail,
+        "instance": instance,
+        "code": code,
+        "errors": listed,
+    }
+
+
+def response(problem: Problem, instance: str, status: int = 0) -> JSONResponse:
+    """The answer for a problem."""
+    body = document(problem.code, problem.detail, instance, problem.errors, status)
+    return JSONResponse(body, body["status"], dict(problem.headers or {}), media_type=MEDIA_TYPE)
+
+
+def phrase(status: int) -> str:
+    """The standard words for a status."""
+    try:
+        return HTTPStatus(status).phrase
+    except ValueError:
+        return "Error"

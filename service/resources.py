@@ -1,0 +1,53 @@
+"""Jobs as JSON resources. Request and result are JSON already and are put in as they are."""
+
+from __future__ import annotations
+
+import json
+from datetime import datetime
+from typing import Any
+
+from service.jobs import Job
+
+
+def layout_text(job: Job) -> str:
+    """JSON of a layout resource."""
+    fields = {name: json.dumps(value, ensure_ascii=False) for name, value in _head(job).items()}
+    fields["error"] = (
+        "null"
+        if job.failure is None
+        else json.dumps({"code": job.failure.code, "detail": job.failure.detail}, ensure_ascii=False)
+    )
+    fields["request"] = job.request
+    fields["result"] = job.result or "null"
+    return "{" + ",".join(f'"{name}":{text}' for name, text in fields.items()) + "}"
+
+
+def summary(job: Job) -> dict[str, Any]:
+    """A layout in a list."""
+    return {**_head(job), "outcome": job.outcome, "objective": job.objective, "href": href(job)}
+
+
+def href(job: Job) -> str:
+    """Address of a job."""
+    return f"/v1/layouts/{job.id}"
+
+
+def etag(job: Job) -> str:
+    """Changes whenever the job does."""
+    return f'W/"{job.id}-{job.revision}"'
+
+
+def _head(job: Job) -> dict[str, Any]:
+    return {
+        "id": job.id,
+        "name": job.name,
+        "status": job.status.value,
+        "created_at": timestamp(job.created_at),
+        "started_at": timestamp(job.started_at),
+        "finished_at": timestamp(job.finished_at),
+    }
+
+
+def timestamp(moment: datetime | None) -> str | None:
+    """RFC 3339, UTC."""
+    return None if moment is None else moment.isoformat(timespec="microseconds").replace("+00:00", "Z")

@@ -1,0 +1,163 @@
+"""The result of a layout, as it is published in the OpenAPI document."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from service.schemas.base import Answer
+from service.schemas.pose import Pose
+
+
+class BasePlacement(Answer):
+    """Where a base stands."""
+
+    position: list[float] = Field(
+        description="[x, y, z] in m of the base origin in the world.", examples=[[0.16, 0.95, 0.0]]
+    )
+    yaw: float = Field(description="rad about the vertical, in the interval of the request.", examples=[-0.8766])
+    pose: Pose = Field(description="The same as a pose of the base frame in the world.")
+
+
+class ArmResult(Answer):
+    """Where one arm stands and how it moves there."""
+
+    name: str = Field(description="The arm's name in the request.", examples=["main"])
+    base: BasePlacement = Field(description="Its base.")
+    posture: dict[str, str] | None = Field(
+        description="Posture kept along the path; null for robots without named postures.",
+        examples=[{"shoulder": "left", "elbow": "up", "wrist": "flip"}],
+    )
+    objective: float | None = Field(description="This arm's part of the objective.", examples=[68.48])
+    joints: list[list[float]] = Field(
+        description="Joint values in rad, one row per pose.", examples=[[[0.1, -0.5, 2.4, 0.3, 0.2, 0.1]]]
+    )
+    minimum_margin: float | None = Field(
+        description="rad, smallest distance of any joint to its limits over the path; null if no joint has limits.",
+        examples=[0.31],
+    )
+    joint_margins: list[float | None] = Field(
+        description="The same per joint; null for joints without limits.", examples=[[0.9, 0.5, 1.1, 0.31, 0.6, 2.2]]
+    )
+    minimum_conditioning: float | None = Field(
+        description="Smallest σmin/σmax of the Jacobian over the path, its linear rows divided by "
+        "characteristic_length; 0 at a singularity.",
+        examples=[0.08],
+    )
+    characteristic_length: float | None = Field(description="m.", examples=[0.35])
+    singularity_distances: dict[str, float | None] = Field(
+        description="Smallest distance to the elbow and wrist singularity (rad) and the shoulder singularity (m); "
+        "empty for robots without a closed form.",
+        examples=[{"elbow": 0.8, "wrist": 0.4, "shoulder": 0.2}],
+    )
+
+
+class Reason(Answer):
+    """Why an arm cannot do its part."""
+
+    arm: str = Field(description="Its name.", examples=["main"])
+    kind: str = Field(
+        description="out_of_reach, joint_limit, joint_step, posture, conditioning, limit_reached.",
+        examples=["out_of_reach"],
+    )
+    poses: list[int] = Field(description="Poses concerned, counted from 0.", examples=[[7, 8, 9]])
+    joint: str | None = Field(description="Joint concerned.", examples=[None])
+    amount: float | None = Field(description="By how much, in unit.", examples=[0.12])
+    unit: str = Field(description="m, rad or empty.", examples=["m"])
+    detail: str = Field(
+        description="One sentence.",
+        examples=["Poses 7 to 9 are out of reach by up to 0.12 m wherever the base stands."],
+    )
+
+
+class Search(Answer):
+    """What the search did: the evidence where there is no proof."""
+
+    candidates: int = Field(description="Base placements times postures evaluated.", examples=[4096])
+    starts: int = Field(description="Local optimisations run.", examples=[12])
+    basins: int = Field(description="Distinct local optima found.", examples=[3])
+    wall_time: float = Field(description="s.", examples=[0.05])
+
+
+class ArmCertificate(Answer):
+    """Proof for one arm."""
+
+    arm: str = Field(description="Its name.", examples=["main"])
+    lower_bound: float | None = Field(
+        description="No base in its region scores less; null where infeasible or where no proof is offered.",
+        examples=[68.1],
+    )
+    gap: float | None = Field(description="(objective - lower_bound) / objective.", examples=[0.005])
+    proved: bool = Field(description="The requested gap is reached.", examples=[True])
+    boxes: int = Field(description="Boxes of base positions examined.", examples=[34920])
+    wall_time: float = Field(description="s.", examples=[0.4])
+    note: str = Field(description="Why there is no bound, if there is none.", examples=[""])
+
+
+class CertificateResult(Answer):
+    """Proof for the cell; its bound is the sum of those of the arms."""
+
+    lower_bound: float | None = Field(description="No layout scores less.", examples=[154.1])
+    gap: float | None = Field(description="(objective - lower_bound) / max(objective, 1e-9).", examples=[0.007])
+    proved: bool = Field(description="The requested gap is reached.", examples=[True])
+    boxes: int = Field(description="Boxes of base positions examined.", examples=[60536])
+    wall_time: float = Field(description="s.", examples=[0.8])
+    arms: list[ArmCertificate] = Field(description="Per arm.")
+
+
+class BaselineArm(Answer):
+    """Where a method of the literature puts one arm."""
+
+    arm: str = Field(description="Its name.", examples=["main"])
+    base: BasePlacement = Field(description="Its base.")
+    objective: float | None = Field(description="Its part of the objective.", examples=[75.0])
+    feasible: bool = Field(description="Whether it keeps limits and continuity.", examples=[True])
+
+
+class BaselineResult(Answer):
+    """Result of a method of the literature on the same problem."""
+
+    method: str = Field(description="Its name.", examples=["interior-penalty"])
+    objective: float | None = Field(description="The objective it reaches.", examples=[171.0])
+    wall_time: float = Field(description="s.", examples=[1.2])
+    feasible: bool = Field(description="Whether its point keeps every constraint.", examples=[True])
+    note: str = Field(description="What is worth knowing about the run.", examples=[""])
+    arms: list[BaselineArm] = Field(description="Per arm.")
+
+
+class Verification(Answer):
+    """Numbers by Pinocchio, which did not produce the answer."""
+
+    max_position_error: float = Field(description="m.", examples=[1e-12])
+    max_orientation_error: float = Field(description="rad.", examples=[1e-12])
+    max_joint_step: float = Field(description="rad between consecutive poses.", examples=[0.4])
+    limits_respected: bool = Field(description="Joints and bases are inside their limits.", examples=[True])
+
+
+class LayoutResult(Answer):
+    """The answer for a cell."""
+
+    outcome: Literal["optimal", "feasible", "infeasible"] = Field(
+        description="optimal: the search finished; feasible: a limit cut it, the point is usable; infeasible: see "
+        "reasons.",
+        examples=["optimal"],
+    )
+    objective: float | None = Field(
+        description="E = Σ_arms Σ_j Σ_i w_i (q_ij - q*_i)²; null if an arm has no placement.", examples=[155.2]
+    )
+    arms: list[ArmResult] = Field(description="Placements of the arms that work, in the order of the request.")
+    reasons: list[Reason] = Field(description="Why not, for those that do not.", examples=[[]])
+    proved: bool = Field(
+        description="True only with a proof, of optimality to the gap or of infeasibility.", examples=[True]
+    )
+    search: Search = Field(description="What the search did.")
+    certificate: CertificateResult | None = Field(description="The proof, if asked for.")
+    baselines: list[BaselineResult] = Field(description="Methods of the literature, if asked for.", examples=[[]])
+    verification: Verification | None = Field(description="Independent check; null if there is no placement.")
+    version: str = Field(description="Version of the program.", examples=["0.1.0"])
+    request_hash: str = Field(
+        description="SHA-256 of the request as returned (defaults filled in) in canonical JSON: names sorted, no "
+        "spaces.",
+        examples=["9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08"],
+    )

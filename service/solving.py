@@ -1,0 +1,36 @@
+"""From the text of an accepted request to the document of its result: what a worker and the command line both do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from models.robot import Robot
+from optimizer.optimize import optimize
+from service.convert import cell_of, settings_of
+from service.documents import result_document
+from service.schemas.request import LayoutRequest
+
+
+def solve_request(
+    text: str,
+    request_hash: str,
+    time_limit: float,
+    robots: Mapping[str, Robot] | None = None,
+    progress: Callable[[str, float], None] | None = None,
+) -> dict[str, Any]:
+    """The ``result`` of a layout resource.
+
+    Args:
+        text: an accepted request.
+        request_hash: of that request.
+        time_limit: s, soft limit of the whole solve.
+        robots: further robots by name.
+        progress: told the name of the stage and the share that is done, in [0, 1].
+
+    Raises:
+        DuocellError: an engine broke down.
+    """
+    request = LayoutRequest.model_validate_json(text)
+    layout = optimize(cell_of(request, robots), settings_of(request, time_limit), progress)
+    return result_document(layout, request_hash)

@@ -1,0 +1,79 @@
+"""What runs in a worker process.
+
+The engines are imported inside the functions: the server names these functions too, but never loads what they use.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import multiprocessing
+import os
+import threading
+from typing import NamedTuple
+
+from models.errors import DuocellError
+from service.self_test import SELF_TEST, check
+
+log = logging.getLogger(__name__)
+
+SELF_TEST_LIMIT = 10.0
+"""s, soft limit of a self-test."""
+
+
+class Answer(NamedTuple):
+    """What a worker sends back; exceptions stay where they happened, since not all of them can be sent.
+
+    Attributes:
+        text: JSON of the result, or None if there is none.
+        outcome: its outcome.
+        objective: its objective.
+        code: stable name of the failure, or "".
+        detail: sentence about the failure.
+    """
+
+    text: str | None
+    outcome: str | None = None
+    objective: float | None = None
+    code: str = ""
+    detail: str = ""
+
+
+def initialize() -> None:
+    """Load the engines and solve once, so that the first request finds everything warm."""
+    threading.Thread(target=_leave_with_parent, name="parent-watch", daemon=True).start()
+    self_test()
+
+
+def solve(text: str, request_hash: str, time_limit: float) -> Answer:
+    """Solve an accepted request."""
+    try:
+        from service.solving import solve_request
+
+        result = solve_request(text, request_hash, time_limit)
+        return Answer(json.dumps(result, allow_nan=False), result["outcome"], result["objective"])
+    except DuocellError as error:
+        return Answer(None, code=error.code, detail=error.detail)
+    except MemoryError:
+        return Answer(None, code="out-of-memory", detail="The worker ran out of memory. Send fewer poses.")
+    except Exception:  # a worker answers whatever happens; the trace goes to the log
+        log.exception("solve failed")
+        detail = "The solve ended with an unexpected error; the log of the server has the details."
+        return Answer(None, code="internal", detail=detail)
+
+
+def self_test() -> Answer:
+    """Solve a small cell with a known answer."""
+    answer = solve(SELF_TEST, "", SELF_TEST_LIMIT)
+    if answer.text is None:
+        return answer
+    wrong = check(json.loads(answer.text))
+    return Answer(None, code="self-test", detail=wrong) if wrong else answer
+
+
+def _leave_with_parent() -> None:
+    """A server that was killed cannot stop its workers: they stop themselves."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)

@@ -18,8 +18,14 @@ from models.branches import Branches, solve_branches, solve_signed
 from models.cell import Cell
 from models.chain import chain_of
 from models.closed_form import ClosedForm, closed_form
+from models.kinematics import characteristic_length
+from models.pose import rotation_angle
 from models.posture import ALL_SIGNS
+from models.screws import conditioning_of
 from optimizer.paths import choose_yaw, lift, unwrap
+
+LONGEST_GAP = 0.6
+"""rad + m between the poses that a long task is screened with."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -44,11 +50,24 @@ class ReducedProblem:
     postures: Bools
 
     def sampled(self, count: int) -> ReducedProblem:
-        """The same problem on about ``count`` poses, first and last included; itself if it has no more than that."""
+        """The same problem on about ``count`` poses, first and last included; itself if it has no more than that.
+
+        Poses are taken evenly along the way; a way with much turning keeps more of them, so that the path between
+        two of them can still be unwrapped.
+        """
         m = len(self.positions)
         if m <= count:
             return self
-        keep = np.unique(np.linspace(0, m - 1, count).round().astype(int))
+        turned = rotation_angle(np.swapaxes(self.rotations[:-1], 1, 2) @ self.rotations[1:])
+        moved = np.linalg.norm(np.diff(self.positions, axis=0), axis=1)
+        way = np.concatenate([[0.0], np.cumsum(turned + moved)])
+        count = max(count, int(np.ceil(way[-1] / LONGEST_GAP)) + 1)
+        if m <= count or way[-1] == 0.0:
+            return self if way[-1] > 0.0 else self._only(np.array([0, m - 1]))
+        keep = np.unique(np.searchsorted(way, np.linspace(0.0, way[-1], count)))
+        return self._only(np.minimum(keep, m - 1))
+
+    def _only(self, keep: Ints) -> ReducedProblem:
         return ReducedProblem(
             self.arm, self.form, self.sigma, self.rotations[keep], self.positions[keep], np.inf, self.postures
         )
@@ -110,6 +129,20 @@ def evaluate_signed(problem: ReducedProblem, positions: Floats, signs: Ints) -> 
     """As `evaluate` for one given posture per position: ``signs`` (N, 3); arrays have 1 in place of 8."""
     seen = problem.positions - positions[:, None, :]
     return _paths(problem, solve_signed(problem.form, problem.rotations, seen, signs))
+
+
+SINGULAR = 10.0
+"""Violation of a path per unit of σmin/σmax that it lacks: conditioning numbers are small."""
+
+
+def conditioning_shortfall(problem: ReducedProblem, joints: Floats) -> Floats:
+    """What paths (6, L, m) lack of the conditioning asked for: (L,), scaled by `SINGULAR`, 0 where nothing is."""
+    arm = problem.arm
+    flat = joints.reshape(6, -1).T
+    values = conditioning_of(chain_of(arm.robot), arm.tool, flat, characteristic_length(arm.robot))
+    worst = np.min(values.reshape(joints.shape[1:]), axis=-1)
+    shortfall: Floats = SINGULAR * np.maximum(float(arm.min_conditioning or 0.0) - worst, 0.0)
+    return shortfall
 
 
 def _paths(problem: ReducedProblem, branches: Branches) -> Paths:

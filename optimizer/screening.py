@@ -9,18 +9,20 @@ import numpy as np
 from models.arrays import Bools, Floats, Ints
 from models.posture import ALL_SIGNS
 from optimizer.box import spread
-from optimizer.reduced import Paths, ReducedProblem, evaluate, evaluate_signed
+from optimizer.reduced import Paths, ReducedProblem, conditioning_shortfall, evaluate, evaluate_signed
 
 SAMPLED_POSES = 16
 """Poses a long task is screened with; what comes out is checked on all of them."""
 POINTS = {0: 1, 1: 128, 2: 256, 3: 1024}
 """Base positions of the first round by number of free coordinates; each has eight postures."""
 ROUNDS = 4
-"""Later rounds double the points, and are run only while nothing usable was found."""
+"""A later round has four times the points of the one before, and is run only while nothing usable was found."""
 PICKED = 10
 """Candidates improved together."""
 CHUNK = 1024
 """Positions evaluated at once, to bound memory."""
+CONDITIONED = 512
+"""Paths of a round whose conditioning is looked at, where a request asks for one: singular values are dear."""
 PENALTY = 30.0
 """Cost per pose of a metre or radian of violation: what is nearly allowed may be repaired by the local solver."""
 
@@ -45,38 +47,41 @@ class Candidate:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Screen:
-    """What the screening found: candidates, best first, and how many base × posture pairs were looked at."""
+    """What a round of screening found.
+
+    Attributes:
+        candidates: distinct, best first.
+        evaluated: base × posture pairs looked at.
+        problem: the (possibly sampled) task they were scored on.
+    """
 
     candidates: list[Candidate]
     evaluated: int
+    problem: ReducedProblem
 
 
-def screen(problem: ReducedProblem, box: Floats, seed: int) -> Screen:
-    """Search the box.
+def screen(problem: ReducedProblem, box: Floats, seed: int, round_: int = 0) -> Screen:
+    """Search the box once.
 
     Args:
         problem: the arm and the task.
         box: (3, 2) m, as from `optimizer.box.search_box`.
         seed: of the point set.
+        round_: 0 for the first look; later rounds look closer, at other points.
 
     Returns:
-        Distinct candidates, best first, improved on the (possibly sampled) task.
+        Candidates improved on the sampled task.
     """
     small = problem.sampled(SAMPLED_POSES)
-    poses = len(small.positions)
     count = POINTS[int(np.sum(box[:, 1] > box[:, 0]))]
-    evaluated, found = 0, list[Candidate]()
-    for round_ in range(ROUNDS if count > 1 else 1):
-        points = spread(box, count, seed + round_)
-        spacing = _spacing(box, len(points))
-        picked = _pick(small, points, spacing)
-        improved = improve(small, picked, box, spacing)
-        evaluated += len(points) * int(np.sum(problem.postures))
-        found = sorted(found + improved, key=lambda c: c.score(poses))
-        if any(c.violation == 0.0 for c in found):
-            break
-        count *= 4
-    return Screen(distinct(found, 0.05 * _spacing(box, count)), evaluated)
+    if count > 1:
+        count *= 4**round_
+    points = spread(box, count, seed + round_)
+    spacing = _spacing(box, len(points))
+    found = improve(small, _pick(small, points, spacing), box, spacing)
+    found.sort(key=lambda c: c.score(len(small.positions)))
+    evaluated = len(points) * int(np.sum(problem.postures))
+    return Screen(distinct(found, 0.05 * spacing), evaluated, small)
 
 
 def _spacing(box: Floats, count: int) -> Floats:
@@ -91,6 +96,8 @@ def _pick(problem: ReducedProblem, points: Floats, spacing: Floats) -> list[Cand
     parts = [evaluate(problem, points[at : at + CHUNK]) for at in range(0, len(points), CHUNK)]
     objective = np.concatenate([part.objective for part in parts], axis=1)
     violation = np.concatenate([part.violation for part in parts], axis=1)
+    if problem.arm.min_conditioning is not None:
+        _add_shortfall(problem, parts, objective, violation)
     usable = np.where(violation > 0.0, np.inf, objective)
     score = objective + PENALTY * len(problem.positions) * violation
     picked: list[tuple[int, int]] = []
@@ -103,6 +110,15 @@ def _pick(problem: ReducedProblem, points: Floats, spacing: Floats) -> list[Cand
             picked.append((k, i))
             open_[k, _near(points, points[i], spacing)] = np.inf
     return [Candidate(points[i], ALL_SIGNS[k], float(objective[k, i]), float(violation[k, i])) for k, i in picked]
+
+
+def _add_shortfall(problem: ReducedProblem, parts: list[Paths], objective: Floats, violation: Floats) -> None:
+    """Add to ``violation`` (8, N) what the most promising paths lack of the conditioning asked for."""
+    score = objective + PENALTY * len(problem.positions) * violation
+    best = np.argsort(score, axis=None)[:CONDITIONED]
+    k, i = np.unravel_index(best[np.isfinite(score.ravel()[best])], score.shape)
+    joints = np.stack([parts[at // CHUNK].joints[:, k_, at % CHUNK] for k_, at in zip(k, i, strict=True)], axis=1)
+    violation[k, i] += conditioning_shortfall(problem, joints)
 
 
 def _near(points: Floats, point: Floats, spacing: Floats) -> Bools:
@@ -137,6 +153,8 @@ def improve(problem: ReducedProblem, candidates: list[Candidate], box: Floats, s
     for _ in range(6):
         points = np.clip(centres[:, None, :] + cloud * radius, box[:, 0], box[:, 1])
         paths = evaluate_signed(problem, points.reshape(-1, 3), signs)
+        if problem.arm.min_conditioning is not None:
+            paths.jump[0] += conditioning_shortfall(problem, paths.joints[:, 0])
         best, centres = _keep_best(points, paths, candidates, len(problem.positions))
         radius *= 0.5
     return best

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from models.arm import Arm
+from models.arrays import Floats
 from models.cell import Cell
 from optimizer.box import search_box
 from optimizer.general import screen_general
@@ -16,12 +17,12 @@ from optimizer.local import solve_locally
 from optimizer.program import ArmPoint
 from optimizer.reasons import explain_general, explain_reach, explain_reduced
 from optimizer.reduced import ReducedProblem, evaluate_signed, reduced_problem
-from optimizer.screening import Candidate, Screen, screen
+from optimizer.screening import ROUNDS, Candidate, Screen, screen
 from optimizer.settings import Settings
 from optimizer.verify import check
 
-STARTS = 4
-"""Local solves of an arm with a reduced problem."""
+STARTS = 6
+"""Local solves of an arm with a reduced problem; twice as many where none of them ends in a usable point."""
 GENERAL_STARTS = 10
 """Local solves of an arm without one: its branches are only sampled."""
 WORTH = 1.2
@@ -65,34 +66,62 @@ def search_arm(cell: Cell, arm: Arm, settings: Settings, deadline: float) -> Arm
         search.reasons, search.proved = explain_reach(cell, arm), True
         return search
     if search.problem is not None:
-        found = screen(search.problem, box, settings.seed)
-        search.candidates = found.evaluated
-        starts = [_start(search.problem, candidate) for candidate in _worth_solving(found, search.problem)]
-        _solve_all(cell, search, starts, deadline)
-        if search.best is None and search.finished:
-            search.reasons = explain_reduced(cell, search.problem, box, found.candidates, settings.seed)
+        _search_reduced(cell, search, search.problem, box, settings.seed, deadline)
     else:
-        general = screen_general(cell, arm, box, settings.seed)
-        search.candidates = general.evaluated
-        paths = [path for path in general.paths if len(path.joints)][:GENERAL_STARTS]
-        _solve_all(cell, search, [ArmPoint(p.position, p.yaw, p.joints) for p in paths], deadline)
-        if search.best is None and search.finished:
-            search.reasons = explain_general(cell, arm, general.paths)
+        _search_general(cell, search, box, settings.seed, deadline)
     if search.best is None and not search.finished:
         detail = f"{arm.name}: the time limit was reached before a usable base was found; allow more time"
         search.reasons = (Reason(arm.name, "limit_reached", (), detail),)
     return search
 
 
-def _worth_solving(found: Screen, problem: ReducedProblem) -> list[Candidate]:
-    """The candidates to solve from: the best, then others with a chance to be better, in other basins first."""
-    poses = len(problem.positions)
-    most = STARTS if poses < LONG_TASK else STARTS // 2
+def _search_reduced(
+    cell: Cell, search: ArmSearch, problem: ReducedProblem, box: Floats, seed: int, deadline: float
+) -> None:
+    """Rounds of screening and local solves until something usable is found."""
+    screens: list[Screen] = []
+    for round_ in range(ROUNDS if np.any(box[:, 1] > box[:, 0]) else 1):
+        screens.append(screen(problem, box, seed, round_))
+        search.candidates += screens[-1].evaluated
+        _solve_candidates(cell, search, problem, screens[-1], deadline)
+        if search.best is not None or not search.finished:
+            return
+    candidates = [candidate for found in screens for candidate in found.candidates]
+    search.reasons = explain_reduced(cell, problem, box, candidates, seed)
+
+
+def _solve_candidates(cell: Cell, search: ArmSearch, problem: ReducedProblem, found: Screen, deadline: float) -> None:
+    """Solve from the candidates that can lead to something better than what is known."""
+    most = STARTS if len(problem.positions) < LONG_TASK else STARTS // 2
+    optima: list[tuple[float, ArmPoint]] = []
+    for candidate in _worth_solving(found):
+        if search.starts >= most * (1 if optima else 2):
+            break
+        if any(_leads_to(found.problem, candidate, point) for _, point in optima):
+            continue
+        optima += _solve(cell, search, _start(problem, candidate), deadline)
+        if not search.finished:
+            break
+    _keep(search, optima)
+
+
+def _worth_solving(found: Screen) -> list[Candidate]:
+    """Candidates with a chance to be the best, the best of every posture first."""
+    poses = len(found.problem.positions)
     usable = [c.objective for c in found.candidates if c.violation == 0.0]
     worth = [c for c in found.candidates if not usable or c.score(poses) <= WORTH * min(usable)]
     first_of_posture = [c for i, c in enumerate(worth) if all(c.signs != other.signs for other in worth[:i])]
-    rest = [c for c in worth if c not in first_of_posture]
-    return (first_of_posture + rest)[: most if usable else 2 * most]
+    return first_of_posture + [c for c in worth if c not in first_of_posture]
+
+
+def _leads_to(problem: ReducedProblem, candidate: Candidate, optimum: ArmPoint) -> bool:
+    """True if the cost falls all the way along the straight line from a usable candidate to an optimum: one basin."""
+    if candidate.violation > 0.0 or optimum.signs != candidate.signs:
+        return False
+    way = candidate.position + np.linspace(0.0, 1.0, 9)[:, None] * (optimum.position - candidate.position)
+    paths = evaluate_signed(problem, way, np.tile(np.array(candidate.signs), (len(way), 1)))
+    falling = np.all(np.diff(paths.objective[0]) <= 1e-9 * paths.objective[0, 0])
+    return bool(falling and np.all(paths.violation[0, :-1] == 0.0))
 
 
 def _start(problem: ReducedProblem, candidate: Candidate) -> ArmPoint:
@@ -101,18 +130,34 @@ def _start(problem: ReducedProblem, candidate: Candidate) -> ArmPoint:
     return ArmPoint(candidate.position, float(paths.yaw[0, 0]), paths.joints[:, 0, 0].T, candidate.signs)
 
 
-def _solve_all(cell: Cell, search: ArmSearch, starts: list[ArmPoint], deadline: float) -> None:
-    """Solve from every start and keep the best point that passes the independent check."""
+def _search_general(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadline: float) -> None:
+    """Layers of branches from many bases, then local solves from the best paths."""
+    general = screen_general(cell, search.arm, box, seed)
+    search.candidates = general.evaluated
     optima: list[tuple[float, ArmPoint]] = []
-    for start in starts:
-        if time.perf_counter() > deadline:
-            search.finished = False
+    for path in [path for path in general.paths if len(path.joints)][:GENERAL_STARTS]:
+        optima += _solve(cell, search, ArmPoint(path.position, path.yaw, path.joints), deadline)
+        if not search.finished:
             break
-        result = solve_locally(cell, search.arm, start, deadline)
-        search.starts += 1
-        point = result.points[0]
-        if result.status.has_point and check(cell, search.arm, point).usable:
-            optima.append((result.objective, point))
+    _keep(search, optima)
+    if search.best is None and search.finished:
+        search.reasons = explain_general(cell, search.arm, general.paths)
+
+
+def _solve(cell: Cell, search: ArmSearch, start: ArmPoint, deadline: float) -> list[tuple[float, ArmPoint]]:
+    """The optimum reached from a start, if it passes the independent check."""
+    if time.perf_counter() > deadline:
+        search.finished = False
+        return []
+    result = solve_locally(cell, search.arm, start, deadline)
+    search.starts += 1
+    point = result.points[0]
+    usable = result.status.has_point and check(cell, search.arm, point).usable
+    return [(result.objective, point)] if usable else []
+
+
+def _keep(search: ArmSearch, optima: list[tuple[float, ArmPoint]]) -> None:
+    """Take over the best of the optima and what they say about the basins."""
     optima.sort(key=lambda optimum: optimum[0])
     search.basins = _basins(optima)
     if optima:

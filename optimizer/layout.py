@@ -137,14 +137,55 @@ class Certificate:
 
 
 @dataclass(frozen=True, eq=False)
+class PenaltyCycle:
+    """One cycle of a penalty method: the minimum of Φ for one value of its parameter.
+
+    Attributes:
+        phase: "reach", "exterior" or "interior".
+        parameter: r' or r; 0 in the reach phase, which has none.
+        penalised: Φ there. objective: E there; None where the inverse kinematics do not exist.
+        placement: (4,) x, y, z [m], yaw [rad].
+        worst: largest constraint row [rad or m]; positive means violated.
+        iterations: line searches of the conjugate gradients. evaluations: of Φ with its gradient.
+    """
+
+    phase: str
+    parameter: float
+    penalised: float
+    objective: float | None
+    placement: Floats
+    worst: float
+    iterations: int
+    evaluations: int
+
+    def __post_init__(self) -> None:
+        set_frozen(self, "placement", self.placement, (4,))
+
+
+@dataclass(frozen=True, eq=False)
 class BaselineArm:
-    """Result of a baseline method for one arm."""
+    """Result of a baseline method for one arm.
+
+    Attributes:
+        arm: its name.
+        position: (3,) m. yaw: rad.
+        objective: E of the arm at the last point; None where the inverse kinematics do not exist there.
+        feasible: True if every constraint of the problem holds there.
+        start: (4,) x, y, z [m], yaw [rad] where the method began, or None if it did not run.
+        posture: names of the signs, or None.
+        trace: every cycle.
+        note: what a reader should know: an infeasible start, an extra phase, why there is no result.
+    """
 
     arm: str
     position: Floats
     yaw: float
-    objective: float
+    objective: float | None
     feasible: bool
+    start: Floats | None = None
+    posture: dict[str, str] | None = None
+    trace: tuple[PenaltyCycle, ...] = ()
+    note: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,12 +35,13 @@ ENV PATH=/opt/duocell/bin:$PATH \
     OMP_NUM_THREADS=1 \
     PYTHONUNBUFFERED=1 \
     MPLCONFIGDIR=/tmp/matplotlib \
-    DUOCELL_DATA_DIR=/var/lib/duocell
+    DUOCELL_DATA_DIR=/var/lib/duocell \
+    DUOCELL_PORT=8000
 USER duocell
 WORKDIR /var/lib/duocell
 EXPOSE 8000
 STOPSIGNAL SIGTERM
 HEALTHCHECK --interval=30s --timeout=5s --start-period=10s --retries=3 \
-    CMD ["python", "-c", "import urllib.request as r; r.urlopen('http://127.0.0.1:8000/healthz', timeout=4)"]
+    CMD ["python", "-c", "import os, urllib.request as r; r.urlopen(f'http://127.0.0.1:{os.environ[\"DUOCELL_PORT\"]}/healthz', timeout=4)"]
 ENTRYPOINT ["duocell"]
-CMD ["serve", "--host", "0.0.0.0", "--port", "8000"]
+CMD ["serve", "--host", "0.0.0.0"]

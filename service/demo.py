@@ -24,6 +24,7 @@ from urllib.request import Request, urlopen
 
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from service.figure import write_figure
 
@@ -54,7 +55,7 @@ def main(arguments: list[str] | None = None) -> int:
             resource = solve(url, request)
             console.print(f"answer after {time.perf_counter() - started:.2f} s over HTTP: {resource['status']}")
     except (DemoFailed, OSError) as error:
-        console.print(f"[red]demo failed:[/] {error}")
+        console.print(f"demo failed: {error}", style="red", markup=False, highlight=False)
         return 1
     (RESULTS / "layout.json").write_text(json.dumps(resource, indent=1) + "\n")
     if resource["status"] != "succeeded":
@@ -141,30 +142,30 @@ def fetch(request: Request) -> tuple[Document, str]:
 def report(console: Console, resource: Document) -> None:
     """Where to bolt down the arms, in the units of the shop floor."""
     result = resource["result"]
-    table = Table(title=f"{result['outcome']}: {resource['request'].get('name') or 'layout'}")
-    for heading in ("arm", "x [mm]", "y [mm]", "z [mm]", "yaw [°]", "smallest margin [°]", "objective"):
+    table = Table(title=Text(f"{resource['request'].get('name') or 'layout'}: {result['outcome']}"))
+    for heading in ("arm", "x, mm", "y, mm", "z, mm", "yaw, °", "smallest margin, °", "objective"):
         table.add_column(heading, justify="left" if heading == "arm" else "right")
     for arm in result["arms"]:
         millimetres = [f"{1000.0 * value:.1f}" for value in arm["base"]["position"]]
         margin = "none" if arm["minimum_margin"] is None else f"{degrees(arm['minimum_margin']):.1f}"
         yaw = f"{degrees(arm['base']['yaw']):.2f}"
-        table.add_row(arm["name"], *millimetres, yaw, margin, f"{arm['objective']:.3f}")
+        table.add_row(Text(arm["name"]), *millimetres, yaw, margin, f"{arm['objective']:.3f}")
     console.print(table)
     for reason in result.get("reasons", []):
-        console.print(f"  {reason['arm']}: {reason['detail']}")
+        console.print(f"  {reason['arm']}: {reason['detail']}", markup=False)
 
 
 def say_where_next(console: Console, request_file: Path) -> None:
     """What to open and what to type."""
     console.print("Where to look next:")
     for line in (
-        f"{RESULTS / 'layout.svg'}   the floor plan",
-        f"{RESULTS / 'layout.json'}  the whole answer: joints at every pose, margins, verification",
-        f".venv/bin/duocell solve {shown(request_file)}   the same without a server",
-        ".venv/bin/duocell robots   the arms that can be asked for",
-        "make serve   then open the address it prints with /docs for every request and a form to try them",
+        f"{RESULTS / 'layout.svg'}: the floor plan",
+        f"{RESULTS / 'layout.json'}: the whole answer, with the joints at every pose, margins and verification",
+        f".venv/bin/duocell solve {shown(request_file)}: the same without a server",
+        ".venv/bin/duocell robots: the arms that can be asked for",
+        "make serve: the server; its page /docs describes every request and sends it",
     ):
-        console.print(f"  {line}", highlight=False)
+        console.print(f"  {line}", markup=False, highlight=False, soft_wrap=True)
 
 
 def shown(path: Path) -> str:

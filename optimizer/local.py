@@ -22,6 +22,8 @@ from optimizer.solve import Solve, solve_program
 CUT_ROUNDS = 25
 NUDGE = 1e-4
 """Cuts aim at this fraction more than what is asked for, so that their last error does no harm."""
+SETTLED = 1e-7
+"""Relative change of the objective below which renewed cuts have nothing more to say."""
 DIFFERENCE = 1e-6
 """rad, step of the central differences of the conditioning."""
 
@@ -45,7 +47,9 @@ def solve_locally(cell: Cell, arm: Arm, start: ArmPoint, deadline: float) -> Sol
         steps = True
         result = _solve(cell, arm, start, deadline, keep_shoulder=keep, steps=True)
     if result.status.has_point and arm.min_conditioning is not None:
-        result = _keep_conditioning(cell, arm, result, deadline, steps)
+        values, _ = _conditioning_gradients(arm, result.points[0].joints)
+        if np.min(values) < arm.min_conditioning:
+            return _keep_conditioning(cell, arm, start, deadline, steps) or result
     return result
 
 
@@ -69,20 +73,33 @@ def _largest_step(point: ArmPoint) -> float:
     return float(np.max(np.abs(np.diff(point.joints, axis=0)), initial=0.0))
 
 
-def _keep_conditioning(cell: Cell, arm: Arm, first: Solve, deadline: float, steps: bool) -> Solve:
-    """Solve again with tangent cuts of σmin/σmax >= min_conditioning until the path holds it."""
+def _keep_conditioning(cell: Cell, arm: Arm, start: ArmPoint, deadline: float, steps: bool) -> Solve | None:
+    """Solve with tangents of σmin/σmax >= min_conditioning, renewed at every answer until they no longer move it.
+
+    Fixed points satisfy the optimality conditions of the constraint itself. The start comes from a screening that
+    knows of the constraint, so the first program has a point.
+
+    Returns:
+        The best answer that holds the constraint, or None.
+    """
     wanted = float(arm.min_conditioning or 0.0)
-    result = first
+    point, before = start, np.inf
+    best: Solve | None = None
     for _ in range(CUT_ROUNDS):
-        point = result.points[0]
         values, gradients = _conditioning_gradients(arm, point.joints)
-        if np.min(values) >= wanted or not result.status.has_point or time.perf_counter() > deadline:
-            break
         near = values < 2.0 * wanted
         bounds = np.where(near, wanted * (1.0 + NUDGE) - values + np.sum(gradients * point.joints, axis=1), -np.inf)
         cuts = Cuts(np.where(near[:, None], gradients, 0.0), bounds)
         result = _solve(cell, arm, point, deadline, keep_shoulder=point.signs is not None, steps=steps, cuts=cuts)
-    return result
+        if not result.status.has_point or time.perf_counter() > deadline:
+            break
+        point = result.points[0]
+        if np.min(_conditioning_gradients(arm, point.joints)[0]) >= wanted:
+            best = result if best is None or result.objective < best.objective else best
+        if best is not None and abs(result.objective - before) <= SETTLED * max(1.0, before):
+            break
+        before = result.objective
+    return best
 
 
 def _conditioning_gradients(arm: Arm, joints: Floats) -> tuple[Floats, Floats]:

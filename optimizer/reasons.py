@@ -8,15 +8,13 @@ from models.arm import Arm
 from models.arrays import Floats
 from models.branches import solve_signed
 from models.cell import Cell
-from optimizer.box import reach_windows, spread
+from optimizer.box import reach_windows
 from optimizer.layers import LayeredPath
 from optimizer.layout import Reason
-from optimizer.reduced import ReducedProblem, evaluate, evaluate_signed
-from optimizer.screening import Candidate
+from optimizer.reduced import ReducedProblem, evaluate_signed
+from optimizer.screening import Candidate, screen
 
-ALONE = 512
-"""Bases tried for each pose by itself."""
-MOST_POSES = 64
+MOST_POSES = 16
 """Poses of a long task that are looked at one by one."""
 
 
@@ -71,7 +69,7 @@ def explain_reduced(
         return (_excluded(problem.arm),)
     signs = np.array([nearest.signs])
     paths = evaluate_signed(problem, nearest.position[None, :], signs)
-    seen = solve_signed(problem.form, problem.rotations, problem.positions - nearest.position, signs)
+    seen = solve_signed(problem.form, problem.rotations, problem.positions[None] - nearest.position, signs)
     reasons = _broken(cell, problem.arm, paths.joints[:, 0, 0].T, seen.missing[0, 0])
     return reasons or (_no_posture(problem.arm),)
 
@@ -95,46 +93,34 @@ def explain_general(cell: Cell, arm: Arm, paths: list[LayeredPath]) -> tuple[Rea
 
 
 def _impossible_alone(problem: ReducedProblem, box: Floats, seed: int) -> list[Reason]:
-    """One reason per kind for poses that no tried base can take even if the rest of the task is forgotten."""
+    """One reason per kind for poses that no base found can take, even if the rest of the task is forgotten."""
     arm = problem.arm
-    places = spread(box, ALONE, seed)
     count = len(problem.positions)
-    chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_POSES)).round().astype(int))
-    far, stuck, worst, least = [], [], 0.0, np.inf
-    for j in chosen:
-        single = ReducedProblem(
-            arm,
-            problem.form,
-            problem.sigma,
-            problem.rotations[j : j + 1],
-            problem.positions[j : j + 1],
-            np.inf,
-            problem.postures,
-        )
-        paths = evaluate(single, places)
-        admitted = np.isfinite(paths.jump)
-        if not np.any(admitted) or np.any(paths.violation[admitted] == 0.0):
+    far: dict[int, float] = {}
+    stuck: dict[int, float] = {}
+    for j in np.unique(np.linspace(0, count - 1, min(count, MOST_POSES)).round().astype(int)):
+        single = problem.only(np.array([j])).stricter(np.inf)
+        candidates = screen(single, box, seed).candidates
+        if not candidates or any(c.violation == 0.0 for c in candidates):
             continue
-        if np.all(paths.missing[admitted] > 0.0):
-            far.append(int(j))
-            worst = max(worst, float(np.min(paths.missing[admitted])))
-        else:
-            stuck.append(int(j))
-            least = min(least, float(np.min(paths.beyond[admitted & (paths.missing == 0.0)])))
+        nearest = min(candidates, key=lambda c: c.violation)
+        missing = float(evaluate_signed(single, nearest.position[None], np.array([nearest.signs])).missing[0, 0])
+        (far if missing > 0.0 else stuck)[int(j)] = missing or nearest.violation
     reasons = []
     if far:
+        worst = max(far.values())
         detail = (
-            f"{arm.name}: {_poses(far)} out of reach from each of {len(places)} bases tried all over the region, about "
-            f"{worst:.3f} m are missing; enlarge the region, change the grasp or choose a longer robot"
+            f"{arm.name}: {_poses(list(far))} out of reach from every base tried, about {worst:.3f} m are missing; "
+            "enlarge the region, change the grasp or choose a longer robot"
         )
         reasons.append(Reason(arm.name, "out_of_reach", tuple(far), detail, amount=worst, unit="m"))
     if stuck:
+        worst = max(stuck.values())
         detail = (
-            f"{arm.name}: {_poses(stuck)} within reach, but every posture from {len(places)} bases tried breaks a "
-            f"joint limit, the nearest by {np.degrees(least):.2f}°; turn the grasp, widen the yaw or choose another "
-            "posture"
+            f"{arm.name}: {_poses(list(stuck))} within reach, but from every base tried each posture breaks a joint "
+            f"limit, at best by up to {np.degrees(worst):.2f}°; turn the grasp, widen the yaw or allow other postures"
         )
-        reasons.append(Reason(arm.name, "joint_limit", tuple(stuck), detail, amount=least, unit="rad"))
+        reasons.append(Reason(arm.name, "joint_limit", tuple(stuck), detail, amount=worst, unit="rad"))
     return reasons
 
 

@@ -8,7 +8,7 @@ is a clipped mean. So an uncoupled arm is a search over at most three numbers, w
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,6 +39,8 @@ class ReducedProblem:
         rotations: (m, 3, 3) flange orientations in the world. positions: (m, 3) m.
         max_step: rad, allowed joint step; infinite where the poses are not consecutive (a sample of a long task).
         postures: (8,) True for branches the request admits.
+        penalty: cost per pose of a metre or radian of violation, in scores: what is nearly allowed may be repaired
+            by the local solver, so it competes with what is allowed.
     """
 
     arm: Arm
@@ -48,6 +50,7 @@ class ReducedProblem:
     positions: Floats
     max_step: float
     postures: Bools
+    penalty: float = 30.0
 
     def sampled(self, count: int) -> ReducedProblem:
         """The same problem on about ``count`` poses, first and last included; itself if it has no more than that.
@@ -63,14 +66,24 @@ class ReducedProblem:
         way = np.concatenate([[0.0], np.cumsum(turned + moved)])
         count = max(count, int(np.ceil(way[-1] / LONGEST_GAP)) + 1)
         if m <= count or way[-1] == 0.0:
-            return self if way[-1] > 0.0 else self._only(np.array([0, m - 1]))
+            return self if way[-1] > 0.0 else self.only(np.array([0, m - 1]))
         keep = np.unique(np.searchsorted(way, np.linspace(0.0, way[-1], count)))
-        return self._only(np.minimum(keep, m - 1))
+        return self.only(np.minimum(keep, m - 1))
 
-    def _only(self, keep: Ints) -> ReducedProblem:
-        return ReducedProblem(
-            self.arm, self.form, self.sigma, self.rotations[keep], self.positions[keep], np.inf, self.postures
-        )
+    def only(self, keep: Ints) -> ReducedProblem:
+        """The problem of some of the poses (their indices); steps between them are not limited."""
+        return replace(self, rotations=self.rotations[keep], positions=self.positions[keep], max_step=np.inf)
+
+    def stricter(self, factor: float) -> ReducedProblem:
+        """The same problem with violations scored ``factor`` times as dear; infinite for feasibility alone."""
+        if np.isfinite(factor):
+            return replace(self, penalty=self.penalty * factor)
+        return replace(self, arm=replace(self.arm, weights=np.zeros(self.arm.dof)))
+
+    def score(self, objective: Floats, violation: Floats) -> Floats:
+        """Objective with what is violated made dear; any equal shapes."""
+        score: Floats = objective + self.penalty * len(self.positions) * violation
+        return score
 
 
 @dataclass(frozen=True, eq=False, slots=True)

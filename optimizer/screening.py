@@ -23,8 +23,6 @@ CHUNK = 1024
 """Positions evaluated at once, to bound memory."""
 CONDITIONED = 512
 """Paths of a round whose conditioning is looked at, where a request asks for one: singular values are dear."""
-PENALTY = 30.0
-"""Cost per pose of a metre or radian of violation: what is nearly allowed may be repaired by the local solver."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -40,9 +38,10 @@ class Candidate:
     objective: float
     violation: float
 
-    def score(self, poses: int) -> float:
-        """Objective with what is violated made dear."""
-        return self.objective + PENALTY * poses * self.violation
+
+def scored(problem: ReducedProblem, candidate: Candidate) -> float:
+    """Objective of a candidate with its violation made dear."""
+    return float(problem.score(np.asarray(candidate.objective), np.asarray(candidate.violation)))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -72,14 +71,14 @@ def screen(problem: ReducedProblem, box: Floats, seed: int, round_: int = 0) -> 
     Returns:
         Candidates improved on the sampled task.
     """
-    small = problem.sampled(SAMPLED_POSES)
+    small = problem.sampled(SAMPLED_POSES).stricter(10.0**round_)
     count = POINTS[int(np.sum(box[:, 1] > box[:, 0]))]
     if count > 1:
         count *= 4**round_
     points = spread(box, count, seed + round_)
     spacing = _spacing(box, len(points))
     found = improve(small, _pick(small, points, spacing), box, spacing)
-    found.sort(key=lambda c: c.score(len(small.positions)))
+    found.sort(key=lambda c: scored(small, c))
     evaluated = len(points) * int(np.sum(problem.postures))
     return Screen(distinct(found, 0.05 * spacing), evaluated, small)
 
@@ -99,7 +98,7 @@ def _pick(problem: ReducedProblem, points: Floats, spacing: Floats) -> list[Cand
     if problem.arm.min_conditioning is not None:
         _add_shortfall(problem, parts, objective, violation)
     usable = np.where(violation > 0.0, np.inf, objective)
-    score = objective + PENALTY * len(problem.positions) * violation
+    score = problem.score(objective, violation)
     picked: list[tuple[int, int]] = []
     for values, number in ((usable, PICKED // 2), (score, PICKED)):
         open_ = values.copy()
@@ -114,7 +113,7 @@ def _pick(problem: ReducedProblem, points: Floats, spacing: Floats) -> list[Cand
 
 def _add_shortfall(problem: ReducedProblem, parts: list[Paths], objective: Floats, violation: Floats) -> None:
     """Add to ``violation`` (8, N) what the most promising paths lack of the conditioning asked for."""
-    score = objective + PENALTY * len(problem.positions) * violation
+    score = problem.score(objective, violation)
     best = np.argsort(score, axis=None)[:CONDITIONED]
     k, i = np.unravel_index(best[np.isfinite(score.ravel()[best])], score.shape)
     joints = np.stack([parts[at // CHUNK].joints[:, k_, at % CHUNK] for k_, at in zip(k, i, strict=True)], axis=1)
@@ -155,16 +154,18 @@ def improve(problem: ReducedProblem, candidates: list[Candidate], box: Floats, s
         paths = evaluate_signed(problem, points.reshape(-1, 3), signs)
         if problem.arm.min_conditioning is not None:
             paths.jump[0] += conditioning_shortfall(problem, paths.joints[:, 0])
-        best, centres = _keep_best(points, paths, candidates, len(problem.positions))
+        best, centres = _keep_best(problem, points, paths, candidates)
         radius *= 0.5
     return best
 
 
-def _keep_best(points: Floats, paths: Paths, candidates: list[Candidate], poses: int) -> tuple[list[Candidate], Floats]:
+def _keep_best(
+    problem: ReducedProblem, points: Floats, paths: Paths, candidates: list[Candidate]
+) -> tuple[list[Candidate], Floats]:
     """Best point of each cloud (K, 16, 3)."""
     shape = points.shape[:2]
     objective, violation = paths.objective[0].reshape(shape), paths.violation[0].reshape(shape)
-    winner: Ints = np.argmin(objective + PENALTY * poses * violation, axis=1)
+    winner: Ints = np.argmin(problem.score(objective, violation), axis=1)
     rows = np.arange(len(points))
     chosen = points[rows, winner]
     best = [

@@ -17,7 +17,7 @@ from optimizer.local import solve_locally
 from optimizer.program import ArmPoint
 from optimizer.reasons import explain_general, explain_reach, explain_reduced
 from optimizer.reduced import ReducedProblem, evaluate_signed, reduced_problem
-from optimizer.screening import ROUNDS, Candidate, Screen, screen
+from optimizer.screening import ROUNDS, Candidate, Screen, scored, screen
 from optimizer.settings import Settings
 from optimizer.verify import check
 
@@ -27,6 +27,8 @@ GENERAL_STARTS = 10
 """Local solves of an arm without one: its branches are only sampled."""
 WORTH = 1.2
 """Starts scored this much above the best usable one are not worth a solve: screening is precise to a few percent."""
+LEVEL = 1e-3
+"""Relative rise of the cost that counts as level."""
 LONG_TASK = 200
 """Poses from which on only half as many starts are solved."""
 
@@ -107,20 +109,22 @@ def _solve_candidates(cell: Cell, search: ArmSearch, problem: ReducedProblem, fo
 
 def _worth_solving(found: Screen) -> list[Candidate]:
     """Candidates with a chance to be the best, the best of every posture first."""
-    poses = len(found.problem.positions)
     usable = [c.objective for c in found.candidates if c.violation == 0.0]
-    worth = [c for c in found.candidates if not usable or c.score(poses) <= WORTH * min(usable)]
+    worth = [c for c in found.candidates if not usable or scored(found.problem, c) <= WORTH * min(usable)]
     first_of_posture = [c for i, c in enumerate(worth) if all(c.signs != other.signs for other in worth[:i])]
     return first_of_posture + [c for c in worth if c not in first_of_posture]
 
 
 def _leads_to(problem: ReducedProblem, candidate: Candidate, optimum: ArmPoint) -> bool:
-    """True if the cost falls all the way along the straight line from a usable candidate to an optimum: one basin."""
+    """True if the cost falls along the straight line from a usable candidate to an optimum: they share a basin.
+
+    The last bit may rise a little: the optimum is one of the whole task, the cost here that of its sample.
+    """
     if candidate.violation > 0.0 or optimum.signs != candidate.signs:
         return False
     way = candidate.position + np.linspace(0.0, 1.0, 9)[:, None] * (optimum.position - candidate.position)
     paths = evaluate_signed(problem, way, np.tile(np.array(candidate.signs), (len(way), 1)))
-    falling = np.all(np.diff(paths.objective[0]) <= 1e-9 * paths.objective[0, 0])
+    falling = np.all(np.diff(paths.objective[0]) <= LEVEL * paths.objective[0, 0])
     return bool(falling and np.all(paths.violation[0, :-1] == 0.0))
 
 

@@ -10,6 +10,8 @@ import pytest
 
 from service import demo
 
+EXAMPLE = Path(__file__).parents[2] / "examples" / "line.json"
+
 pytestmark = pytest.mark.timeout(110)
 
 
@@ -22,7 +24,7 @@ def somewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_the_demo_prints_placements_and_leaves_nothing_running(
     somewhere: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert demo.main([]) == 0
+    assert demo.main([str(EXAMPLE)]) == 0
     printed = capsys.readouterr().out
     resource = json.loads((somewhere / "build/demo/layout.json").read_text())
     assert [arm["name"] for arm in resource["result"]["arms"]] == ["main", "follower"]

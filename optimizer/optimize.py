@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 from models.cell import Cell
 from optimizer.layout import Layout, Outcome, Placement, Reason, Search
 from optimizer.measure import place
+from optimizer.penalty import run_baseline
 from optimizer.search import ArmSearch, search_arm
 from optimizer.settings import Settings
 from optimizer.verify import check, summarise
@@ -38,7 +40,12 @@ def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | 
         report(f"searching {arm.name}", index / len(cell.arms))
         searches.append(search_arm(cell, arm, settings, deadline))
     report("verifying", 1.0)
-    return _layout(cell, searches, started)
+    layout = _layout(cell, searches, started)
+    baselines = []
+    for method in settings.baselines:
+        report(f"baseline {method}", 1.0)
+        baselines.append(run_baseline(method, cell, settings))
+    return replace(layout, baselines=tuple(baselines))
 
 
 def _layout(cell: Cell, searches: list[ArmSearch], started: float) -> Layout:

@@ -195,7 +195,7 @@ def _draw_part(axes: Axes, cell: Cell) -> None:
     for index, neighbour in ((0, 1), (-1, -2)):
         outward = poses[index, :2, 3] - poses[neighbour, :2, 3]
         length = float(np.linalg.norm(outward))
-        offset = 9.0 * outward / length if length > 0.0 else np.array([0.0, 9.0 if index else -9.0])
+        offset = 9.0 * outward / length if length > 0.0 else np.array([9.0, 9.0]) * (1.0 if index else -1.0)
         axes.annotate(
             str(index % len(poses) + 1),
             (x[index], y[index]),
@@ -211,8 +211,7 @@ def _draw_part(axes: Axes, cell: Cell) -> None:
 
 def _set_up(axes: Axes, cell: Cell, result: Mapping[str, Any]) -> None:
     """Scale, grid, title, legend."""
-    axes.autoscale_view()
-    axes.set_aspect("equal", adjustable="datalim")
+    _choose_view(axes)
     axes.set_axisbelow(True)
     axes.grid(visible=True, color="#dddddd", lw=0.4)
     axes.set_xlabel("x [m]")
@@ -221,3 +220,16 @@ def _set_up(axes: Axes, cell: Cell, result: Mapping[str, Any]) -> None:
     axes.set_title(f"{cell.name or 'layout'}: {result['outcome']}{value}  (from above)", loc="left", fontsize=9.5)
     columns = max(1, min(3, len(cell.arms) + 1))
     axes.legend(loc="upper left", bbox_to_anchor=(0.0, -0.09), ncols=columns, frameon=False, fontsize=7.0)
+
+
+def _choose_view(axes: Axes) -> None:
+    """A square around the task and the placed arms with their reach; a wide region may run out of the picture."""
+    boxes = [patch.get_extents().transformed(axes.transData.inverted()) for patch in axes.patches]
+    circles = [box for box, patch in zip(boxes, axes.patches, strict=True) if isinstance(patch, Circle)]
+    corners = [np.asarray(box.get_points()) for box in circles or boxes]  # without a placed arm: the regions
+    points = np.vstack([*corners, *(np.asarray(line.get_xydata()) for line in axes.lines)])
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, half = 0.5 * (low + high), 0.54 * max(float(np.max(high - low)), 0.5)
+    axes.set_xlim(middle[0] - half, middle[0] + half)
+    axes.set_ylim(middle[1] - half, middle[1] + half)
+    axes.set_aspect("equal", adjustable="box")

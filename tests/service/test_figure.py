@@ -141,3 +141,22 @@ def test_the_svg_holds_its_text_as_text(resource: dict[str, Any], tmp_path: Path
 def test_an_unknown_format_is_refused(resource: dict[str, Any], tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="xyz"):
         write_figure(resource, tmp_path / "layout.xyz")
+
+
+def test_the_picture_shows_every_placed_arm_with_its_reach(resource: dict[str, Any]) -> None:
+    axes = drawn(resource)
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    assert np.isclose(right - left, top - bottom)
+    for ring in (patch for patch in axes.patches if isinstance(patch, Circle)):
+        (x, y), radius = ring.center, ring.radius
+        assert left < x - radius
+        assert x + radius < right
+        assert bottom < y - radius
+        assert y + radius < top
+
+
+def test_without_placements_the_picture_shows_the_regions(resource: dict[str, Any]) -> None:
+    resource["result"] = {"outcome": "infeasible", "objective": None, "arms": []}
+    axes = drawn(resource)
+    assert axes.get_xlim()[0] < -1.0
+    assert axes.get_xlim()[1] > 2.0

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
 
 from fastapi import FastAPI
-from fastapi.concurrency import run_in_threadpool
 from fastapi.openapi.docs import get_swagger_ui_html
 from fastapi.responses import HTMLResponse
 from fastapi.staticfiles import StaticFiles
@@ -65,11 +65,10 @@ def create_app(settings: Settings | None = None, executor: Executor | None = Non
         title="duocell",
         version=package_version(),
         lifespan=lifespan,
-        max_body_size=settings.max_body,
         docs_url=None,
         redoc_url=None,
     )
-    error_handlers.install(app, settings)
+    error_handlers.install(app)
     for part in (layouts, robots, health):
         app.include_router(part.router)
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
@@ -92,4 +91,4 @@ async def _docs() -> HTMLResponse:
 async def _load_robots(monitor: Monitor) -> None:
     """Load the catalogue once nothing more urgent is to be done, so that nobody waits for it."""
     await monitor.first_pass.wait()
-    await run_in_threadpool(robot_list)
+    threading.Thread(target=robot_list, name="load-robots", daemon=True).start()

@@ -63,7 +63,13 @@ def solve(source: str, output: str | None, urdfs: Sequence[str], time_limit: flo
         sys.stdout.write(text)
     elif output is not None:
         Path(output).write_text(text, encoding="utf-8")
-    return EXITS[result["outcome"]]
+    return exit_code(result)
+
+
+def exit_code(result: dict[str, Any]) -> int:
+    """What a result means; one without a layout because time ran out says nothing about feasibility."""
+    cut = any(reason["kind"] == "limit_reached" for reason in result["reasons"])
+    return Exit.CUT if cut else EXITS[result["outcome"]]
 
 
 def figure(source: str, output: Path, urdfs: Sequence[str]) -> int:

@@ -13,17 +13,16 @@ from models.errors import DuocellError
 from service.issues import InvalidRequest, Issue
 from service.jobs import QueueFull
 from service.problems import BY_STATUS, KINDS, Problem, phrase, response
-from service.settings import Settings
 from service.strict_json import NotJson
 
 log = logging.getLogger(__name__)
 
 
-def install(app: FastAPI, settings: Settings) -> None:
+def install(app: FastAPI) -> None:
     """Teach ``app`` to answer every exception with a problem."""
 
     def handle(request: Request, error: Exception) -> Response:
-        problem, status = as_problem(error, settings)
+        problem, status = as_problem(error)
         return response(problem, request.url.path, status)
 
     for kind in (Problem, InvalidRequest, NotJson, QueueFull, DuocellError, RequestValidationError, HTTPException):
@@ -31,7 +30,7 @@ def install(app: FastAPI, settings: Settings) -> None:
     app.add_exception_handler(Exception, handle)
 
 
-def as_problem(error: Exception, settings: Settings) -> tuple[Problem, int]:
+def as_problem(error: Exception) -> tuple[Problem, int]:
     """The problem of an exception, and its status where that is not the kind's own."""
     match error:
         case Problem():
@@ -53,19 +52,13 @@ def as_problem(error: Exception, settings: Settings) -> tuple[Problem, int]:
             ]
             return Problem("invalid-request", issues[0].detail, errors=issues), 0
         case HTTPException():
-            return _framework_problem(error, settings), error.status_code
+            return _framework_problem(error), error.status_code
     log.error("unexpected error", exc_info=error)
     return Problem("internal", "Something unexpected happened; the log of the server has the details."), 0
 
 
-def _framework_problem(error: HTTPException, settings: Settings) -> Problem:
-    """What FastAPI and Starlette raise on their own: unknown addresses and methods, bodies beyond the limit."""
+def _framework_problem(error: HTTPException) -> Problem:
+    """What FastAPI and Starlette raise on their own: unknown addresses and methods."""
     code = BY_STATUS.get(error.status_code, "internal" if error.status_code >= 500 else "bad-request")
-    detail = error.detail if error.detail != phrase(error.status_code) else KINDS[code].title
-    if error.status_code == 413:
-        detail = f"The body has more than {settings.max_body} bytes (DUOCELL_MAX_BODY). Send fewer poses."
-    advice = KINDS[code].advice
-    errors = [Issue("", detail)] if error.status_code == 413 else []
-    return Problem(
-        code, f"{detail.rstrip('.')}. {advice}" if not errors else detail, errors=errors, headers=error.headers
-    )
+    detail = KINDS[code].title if error.detail == phrase(error.status_code) else error.detail.rstrip(".")
+    return Problem(code, f"{detail}. {KINDS[code].advice}", headers=error.headers)

@@ -7,6 +7,7 @@ import logging
 import multiprocessing
 import os
 import signal
+import threading
 from concurrent.futures import BrokenExecutor
 from typing import Any, Protocol
 
@@ -19,6 +20,8 @@ log = logging.getLogger(__name__)
 
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 """Threads gain nothing in IPOPT with MUMPS and would fight over the cores; processes do the parallel work."""
+
+PRELOAD = "service.preload"
 
 ATTEMPTS = 3
 """Pools that a task may be handed to; only tasks that no worker had begun are handed on."""
@@ -72,28 +75,30 @@ class Executor(Protocol):
 
 
 class ProcessExecutor:
-    """Processes that are spawned once, warmed up and kept.
+    """Processes that are warmed up and kept.
+
+    They are forked from a server process of `multiprocessing` that has no threads and has loaded the engines
+    (`service.preload`), never from this process with its threads.
 
     There is one process more than solves at the same time: it takes the self-tests, and stands in at once for a
-    worker that died until another one is warm. Keeping the number of solves down is the caller's part.
+    worker that died until another one is there. Keeping the number of solves down is the caller's part.
     """
 
-    def __init__(self, workers: int, *, initialize: Any = worker.initialize, solve: Any = worker.solve) -> None:
+    def __init__(self, workers: int, *, solve: Any = worker.solve) -> None:
         self._workers = workers
-        self._initialize = initialize
         self._solve = solve
         self._pool: ProcessPool | None = None
+        self._starting: threading.Thread | None = None
 
     def start(self) -> None:
-        """Spawn the processes; returns before they are warm."""
+        """Start the processes; returns before they are there."""
         if self._pool is None:
             limit_threads()
-            self._pool = ProcessPool(
-                max_workers=self._workers + 1,
-                initializer=self._initialize,
-                context=multiprocessing.get_context("spawn"),
-            )
-            self._pool.active  # noqa: B018 - asking starts the processes
+            context = multiprocessing.get_context("forkserver")
+            context.set_forkserver_preload([PRELOAD])
+            self._pool = ProcessPool(max_workers=self._workers + 1, initializer=worker.initialize, context=context)
+            self._starting = threading.Thread(target=_begin, args=(self._pool,), name="start-workers", daemon=True)
+            self._starting.start()
 
     async def solve(self, text: str, request_hash: str, time_limit: float, kill_after: float) -> Answer:
         """See `Executor`."""
@@ -111,6 +116,7 @@ class ProcessExecutor:
         """See `Executor`."""
         pool, self._pool = self._pool, None
         if pool is not None:
+            self._join_start()
             _end(pool)
 
     async def _run(self, function: Any, arguments: tuple[Any, ...], kill_after: float) -> Answer:
@@ -120,6 +126,7 @@ class ProcessExecutor:
             pool = self._pool
             if pool is None:
                 break
+            await asyncio.to_thread(self._join_start)
             try:
                 answer: Answer = await asyncio.wrap_future(pool.schedule(function, arguments, timeout=kill_after))
             except TimeoutError as error:
@@ -137,6 +144,11 @@ class ProcessExecutor:
             return answer
         raise SolveFailed("no-worker", "No worker could be started. See the log of the server.")
 
+    def _join_start(self) -> None:
+        """Wait until the processes are started; they need not be warm yet."""
+        if self._starting is not None:
+            self._starting.join()
+
     async def _discard(self, pool: ProcessPool) -> None:
         """Replace a broken pool, once, whoever notices it first."""
         if self._pool is pool:
@@ -148,6 +160,12 @@ def limit_threads() -> None:
     """One thread per engine, in processes that load them from now on: this one and those it spawns."""
     for name in ONE_THREAD:
         os.environ.setdefault(name, "1")
+
+
+def _begin(pool: ProcessPool) -> None:
+    """Start the processes of a pool; blocks until the engines are loaded."""
+    if not pool.active:  # asking starts them
+        log.error("the pool of workers did not start")
 
 
 def _end(pool: ProcessPool) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from functools import lru_cache
 from math import ceil
 from typing import Any
@@ -14,10 +15,17 @@ from models.pose import quaternion_from_rotation
 from models.robot import Robot
 from service.documents import finite
 
+_loading = threading.Lock()
+
+
+def robot_list() -> list[dict[str, Any]]:
+    """All robots in short; the first call loads them, which takes seconds, the others wait for it."""
+    with _loading:
+        return _robot_list()
+
 
 @lru_cache(maxsize=1)
-def robot_list() -> list[dict[str, Any]]:
-    """All robots in short; the first call loads them."""
+def _robot_list() -> list[dict[str, Any]]:
     return [_summary(catalogue.robot(name)) for name in catalogue.names()]
 
 

@@ -40,7 +40,7 @@ class Answer(NamedTuple):
 
 
 def initialize() -> None:
-    """Load the engines and solve once, so that the first request finds everything warm."""
+    """See to it that this worker can solve before it takes anything up, and that it does not outlive the server."""
     threading.Thread(target=_leave_with_parent, name="parent-watch", daemon=True).start()
     self_test()
 

@@ -10,6 +10,7 @@ from fastapi.responses import JSONResponse, Response
 
 from service.accept import accept
 from service.api.state import StateOf
+from service.body import json_body
 from service.cursor import decode, encode
 from service.jobs import Job
 from service.prefer import preferred_wait
@@ -41,8 +42,8 @@ async def create_layout(request: Request, state: StateOf) -> Response:
     With `Prefer: wait=N` the answer comes as soon as the layout is finished, at most N seconds later.
     A task that cannot be done is an answer (`outcome: infeasible` with reasons), not an error.
     """
-    _require_json(request)
-    accepted = await run_in_threadpool(accept, await request.body(), state.settings)
+    body = await json_body(request, state.settings.max_body)
+    accepted = await run_in_threadpool(accept, body, state.settings)
     job = await state.jobs.submit(accepted)
     wait = preferred_wait(request.headers.getlist("prefer"), state.settings.max_wait)
     headers = {}
@@ -96,16 +97,6 @@ async def list_layouts(
         "next_cursor": encode(jobs[limit - 1].key) if more else None,
     }
     return JSONResponse(page)
-
-
-def _require_json(request: Request) -> None:
-    """Refuse bodies that call themselves something else."""
-    media_type = request.headers.get("content-type", "application/json").split(";")[0].strip().lower()
-    if media_type != "application/json" and not media_type.endswith("+json"):
-        raise Problem(
-            "unsupported-media-type",
-            f"The body calls itself {media_type[:80]!r}. Send JSON with the header 'Content-Type: application/json'.",
-        )
 
 
 def _answer(job: Job, status: int, headers: dict[str, str]) -> Response:

@@ -1,0 +1,10 @@
+"""Imported once by the process that all workers are forked from: loads the engines and solves once.
+
+A worker so starts in milliseconds, warm, and shares the memory of what is loaded here with the others.
+"""
+
+from __future__ import annotations
+
+from service import worker
+
+worker.self_test()

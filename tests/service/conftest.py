@@ -1,0 +1,132 @@
+"""A service with a fake executor for the contract, and one with real workers for the rest."""
+
+import asyncio
+import copy
+import json
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from fastapi.testclient import TestClient
+
+from optimizer.layout import Layout, Outcome, Placement, Search, Verification
+from service.app import create_app
+from service.documents import result_document
+from service.executor import ProcessExecutor, SolveFailed
+from service.schemas.request import EXAMPLE, LayoutRequest
+from service.settings import Settings
+from service.worker import Answer
+
+
+def made_up_layout(request: LayoutRequest) -> Layout:
+    """A layout of the right shape with a joint that turns without end; its numbers mean nothing."""
+    placements = tuple(
+        Placement(
+            arm=arm.name,
+            position=np.array([0.1, 0.2, 0.3]),
+            yaw=0.5,
+            joints=np.zeros((2, 6)),
+            posture=None,
+            objective=1.5,
+            joint_margins=np.array([1.0, 2.0, 3.0, 4.0, 5.0, np.inf]),
+            minimum_margin=1.0,
+            minimum_conditioning=0.1,
+            characteristic_length=0.3,
+            singularity_distances={},
+        )
+        for arm in request.arms
+    )
+    return Layout(
+        outcome=Outcome.OPTIMAL,
+        objective=1.5 * len(placements),
+        placements=placements,
+        reasons=(),
+        proved=False,
+        search=Search(8, 1, 1, 0.0),
+        verification=Verification(0.0, 0.0, 0.0, True),
+    )
+
+
+class FakeExecutor:
+    """Answers with a made-up layout, or as it is told to."""
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+        self.failure: SolveFailed | None = None
+        self.unwell: SolveFailed | None = None
+        self.limits: list[tuple[float, float]] = []
+        self.running = 0
+        self.most_running = 0
+        self.error: Exception | None = None
+
+    def start(self) -> None:
+        self.stopped = False
+
+    async def solve(self, text: str, request_hash: str, time_limit: float, kill_after: float) -> Answer:
+        self.limits.append((time_limit, kill_after))
+        self.running += 1
+        self.most_running = max(self.most_running, self.running)
+        try:
+            await asyncio.sleep(self.seconds)
+        finally:
+            self.running -= 1
+        if self.error is not None:
+            raise self.error
+        if self.failure is not None:
+            raise self.failure
+        result = result_document(made_up_layout(LayoutRequest.model_validate_json(text)), request_hash)
+        return Answer(json.dumps(result), result["outcome"], result["objective"])
+
+    async def self_test(self) -> None:
+        if self.unwell is not None:
+            raise self.unwell
+
+    def alive(self) -> int:
+        return 1
+
+    def stop(self) -> None:
+        self.stopped = True
+
+
+@pytest.fixture
+def example() -> dict[str, Any]:
+    """A valid request, free to be spoiled."""
+    request = copy.deepcopy(EXAMPLE)
+    request["certificate"] = None
+    return request
+
+
+@pytest.fixture
+def fake() -> FakeExecutor:
+    return FakeExecutor()
+
+
+@pytest.fixture
+def client_with(fake: FakeExecutor) -> Iterator[Callable[..., TestClient]]:
+    """Makes clients of services with given settings on the fake executor."""
+    clients: list[TestClient] = []
+
+    def make(**settings: Any) -> TestClient:
+        client = TestClient(create_app(Settings(**settings), fake), raise_server_exceptions=False)
+        client.__enter__()
+        clients.append(client)
+        return client
+
+    yield make
+    for client in clients:
+        client.__exit__(None, None, None)
+
+
+@pytest.fixture
+def client(client_with: Callable[..., TestClient]) -> TestClient:
+    """A service on the fake executor."""
+    return client_with(workers=2)
+
+
+@pytest.fixture(scope="session")
+def live() -> Iterator[TestClient]:
+    """A service with real workers."""
+    settings = Settings(workers=1, time_limit=30.0)
+    with TestClient(create_app(settings, ProcessExecutor(1)), raise_server_exceptions=False) as client:
+        yield client

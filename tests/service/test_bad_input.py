@@ -1,0 +1,294 @@
+"""Malformed and absurd requests: every one gets advice, never a 500 and never a hang. Real workers stand behind."""
+
+import copy
+import json
+import time
+from collections.abc import Callable
+from math import pi
+from typing import Any
+
+import pytest
+from fastapi.testclient import TestClient
+
+from service.schemas.request import EXAMPLE
+
+Document = dict[str, Any]
+Spoil = Callable[[Document], Any]
+
+POSE = {"position": [0.8, 0.4, 0.1], "orientation": {"quaternion": [0.0, 0.0, 0.0, 1.0]}}
+ROW = {"alpha": -pi / 2, "a": 0.1, "d": 0.2, "lower": -2.0, "upper": 2.0}
+
+
+def put(path: str, value: Any) -> Spoil:
+    """Replaces what a JSON pointer points to; a list index at its end is appended."""
+
+    def spoil(request: Document) -> None:
+        *way, last = path.strip("/").split("/")
+        target: Any = request
+        for part in way:
+            target = target[int(part)] if isinstance(target, list) else target[part]
+        if isinstance(target, list):
+            target[int(last) :] = [value, *target[int(last) + 1 :]]
+        else:
+            target[last] = value
+
+    return spoil
+
+
+def drop(path: str) -> Spoil:
+    """Removes a field."""
+
+    def spoil(request: Document) -> None:
+        *way, last = path.strip("/").split("/")
+        target: Any = request
+        for part in way:
+            target = target[int(part)] if isinstance(target, list) else target[part]
+        del target[last]
+
+    return spoil
+
+
+def task(value: Any) -> Spoil:
+    return put("/task", value)
+
+
+def turned(orientation: Any) -> Spoil:
+    return put("/arms/0/grasp/orientation", orientation)
+
+
+REFUSED: dict[str, tuple[Spoil, str, str]] = {
+    # name: how to spoil a good request, the pointer that must be named, a word of the advice
+    "no task": (drop("/task"), "/task", "missing"),
+    "no arms": (drop("/arms"), "/arms", "missing"),
+    "empty list of arms": (put("/arms", []), "/arms", "at least 1"),
+    "arms no list": (put("/arms", {}), "/arms", "list"),
+    "an arm that is null": (put("/arms/0", None), "/arms/0", "object"),
+    "nine arms": (put("/arms", [EXAMPLE["arms"][0]] * 9), "/arms", "8"),
+    "no grasp": (drop("/arms/0/grasp"), "/arms/0/grasp", "missing"),
+    "unknown field": (put("/arms/0/refrence", [0.0]), "/arms/0/refrence", "'reference'"),
+    "unknown field at the top": (put("/colour", "red"), "/colour", "allowed are"),
+    "boolean for a number": (put("/arms/0/base/z", True), "/arms/0/base/z", "boolean true"),
+    "boolean in a vector": (put("/arms/0/grasp/position/1", False), "/arms/0/grasp/position/1", "number"),
+    "string for a number": (put("/arms/0/base/x", "0.5"), "/arms/0/base/x", "without quotes"),
+    "number too large": (put("/arms/0/base/x", 1e400), "/arms/0/base/x", "finite"),
+    "whole number too large": (put("/arms/0/base/x", 10**400), "/arms/0/base/x", "too large"),
+    "number for a string": (put("/arms/0/name", 7), "/arms/0/name", "quotes"),
+    "empty name": (put("/arms/0/name", ""), "/arms/0/name", "at least 1"),
+    "name with a line break": (put("/arms/0/name", "a\nb"), "/arms/0/name", "control"),
+    "endless name": (put("/name", "x" * 10_000), "/name", "200"),
+    "same name twice": (put("/arms/1/name", "main"), "/arms/1/name", "unique"),
+    "unknown robot": (put("/arms/0/robot", "ur10x"), "/arms/0/robot", "ur10"),
+    "robot null": (put("/arms/0/robot", None), "/arms/0/robot", "string"),
+    "robot with two descriptions": (put("/arms/0/robot", {"dh": [ROW], "urdf": "x"}), "/arms/0/robot/urdf", "dh"),
+    "table of one joint": (put("/arms/0/robot", {"dh": [ROW]}), "/arms/0/robot/dh", "6 or 7"),
+    "table with all axes parallel": (
+        put("/arms/0/robot", {"dh": [{**ROW, "alpha": 0.0}] * 6}),
+        "/arms/0/robot/dh",
+        "singular",
+    ),
+    "table with limits in disorder": (
+        put("/arms/0/robot", {"dh": [{**ROW, "lower": 2.0, "upper": -2.0}] * 6}),
+        "/arms/0/robot/dh/0/lower",
+        "swap",
+    ),
+    "table in millimetres": (put("/arms/0/robot", {"dh": [{**ROW, "a": 431.8}] * 6}), "/arms/0/robot/dh/0/a", "metres"),
+    "position with two numbers": (put("/arms/0/grasp/position", [0.0, 0.0]), "/arms/0/grasp/position", "at least 3"),
+    "position with four numbers": (put("/arms/0/grasp/position", [0.0] * 4), "/arms/0/grasp/position", "at most 3"),
+    "no orientation": (drop("/arms/0/grasp/orientation"), "/arms/0/grasp/orientation", "missing"),
+    "empty orientation": (turned({}), "/arms/0/grasp/orientation", "exactly one of"),
+    "two orientations": (
+        turned({"rpy": [0, 0, 0], "quaternion": [0, 0, 0, 1]}),
+        "/arms/0/grasp/orientation",
+        "exactly one of",
+    ),
+    "orientation as a list": (turned([0, 0, 0, 1]), "/arms/0/grasp/orientation", "object"),
+    "zero quaternion": (turned({"quaternion": [0, 0, 0, 0]}), "/arms/0/grasp/orientation/quaternion", "[0, 0, 0, 1]"),
+    "quaternion too long": (turned({"quaternion": [0, 0, 0, 2]}), "/arms/0/grasp/orientation/quaternion", "Normalise"),
+    "left-handed matrix": (
+        turned({"matrix": [[1, 0, 0], [0, 1, 0], [0, 0, -1]]}),
+        "/arms/0/grasp/orientation/matrix",
+        "left-handed",
+    ),
+    "skewed matrix": (
+        turned({"matrix": [[1, 0.5, 0], [0, 1, 0], [0, 0, 1]]}),
+        "/arms/0/grasp/orientation/matrix",
+        "orthonormal",
+    ),
+    "matrix of two rows": (
+        turned({"matrix": [[1, 0, 0], [0, 1, 0]]}),
+        "/arms/0/grasp/orientation/matrix",
+        "at least 3",
+    ),
+    "empty task": (task({}), "/task", "exactly one of"),
+    "task null": (task(None), "/task", "object"),
+    "two tasks": (task({"poses": [POSE, POSE], "line": EXAMPLE["task"]["line"]}), "/task", "exactly one of"),
+    "no poses": (task({"poses": []}), "/task/poses", "at least 2"),
+    "one pose": (task({"poses": [POSE]}), "/task/poses", "repeat"),
+    "100,000 poses": (task({"poses": [0] * 100_000}), "/task/poses", "5000"),
+    "a line of 100,000 poses": (put("/task/line/count", 100_000), "/task/line/count", "5000"),
+    "a line of one pose": (put("/task/line/count", 1), "/task/line/count", "at least 2"),
+    "a line of 2.5 poses": (put("/task/line/count", 2.5), "/task/line/count", "whole number"),
+    "a line without end": (drop("/task/line/end"), "/task/line/end", "missing"),
+    "a line that turns by 180°": (
+        put("/task/line/end/orientation", {"rpy": [0.0, 0.0, pi - 0.785398]}),
+        "/task/line/end/orientation",
+        "180",
+    ),
+    "an arc without centre or radius": (
+        task({"arc": {"start": POSE, "end": POSE, "count": 3}}),
+        "/task/arc",
+        "exactly one of",
+    ),
+    "an arc about a wrong centre": (
+        task({"arc": {"start": POSE, "end": {**POSE, "position": [0, 0, 0.1]}, "center": [0, 0, 0], "count": 3}}),
+        "/task/arc/center",
+        "centre",
+    ),
+    "a pose farther than any cell": (put("/task/line/end/position/0", 1e6), "/task/line/end/position/0", "metres"),
+    "base interval in disorder": (put("/arms/0/base/x", [1.0, -1.0]), "/arms/0/base/x", "Swap"),
+    "yaw interval in disorder": (put("/arms/0/base/yaw", [3.0, -3.0]), "/arms/0/base/yaw", "2π"),
+    "base interval of three": (put("/arms/0/base/x", [0.0, 1.0, 2.0]), "/arms/0/base/x", "at most 2"),
+    "no yaw": (drop("/arms/0/base/yaw"), "/arms/0/base/yaw", "missing"),
+    "yaw in thousands": (put("/arms/0/base/yaw", [-1e5, 1e5]), "/arms/0/base/yaw/0", "radians"),
+    "reference of seven": (put("/arms/0/reference", [0.0] * 7), "/arms/0/reference", "6 joints"),
+    "reference outside limits": (
+        put("/arms/0/reference", [0.0, 0.0, 0.0, 0.0, 2.0, 0.0]),
+        "/arms/0/reference/4",
+        "joint_5",
+    ),
+    "weights of five": (put("/arms/0/weights", [1.0] * 5), "/arms/0/weights", "6 joints"),
+    "negative weight": (put("/arms/0/weights", [1.0, 1.0, -1.0, 1.0, 1.0, 1.0]), "/arms/0/weights/2", "at least 0"),
+    "unknown weights": (put("/arms/0/weights", "heavy"), "/arms/0/weights", "'range' or 'equal'"),
+    "posture with an unknown word": (put("/arms/0/posture", {"elbow": "left"}), "/arms/0/posture/elbow", "'up'"),
+    "posture of an arm without names": (
+        lambda request: request["arms"][0].update(robot="iiwa14", posture={"elbow": "up"}, reference=None),
+        "/arms/0/posture",
+        "null",
+    ),
+    "limits of five": (put("/arms/0/limits", [[-1.0, 1.0]] * 5), "/arms/0/limits", "6 joints"),
+    "limits in disorder": (put("/arms/0/limits", [[1.0, -1.0]] * 6), "/arms/0/limits/0", "Swap"),
+    "limits without range": (put("/arms/0/limits", [[0.0, 0.0]] * 6), "/arms/0/limits/0", "Widen"),
+    "limits in degrees": (put("/arms/0/limits", [[-160.0, 160.0]] * 6), "/arms/0/limits/0/0", "radians"),
+    "joint step of zero": (put("/max_joint_step", 0.0), "/max_joint_step", "greater than 0"),
+    "joint step beyond π": (put("/max_joint_step", 6.0), "/max_joint_step", "at most 3.14"),
+    "conditioning beyond one": (put("/arms/0/min_conditioning", 1.5), "/arms/0/min_conditioning", "at most 1"),
+    "gap of zero": (put("/certificate", {"gap": 0.0}), "/certificate/gap", "greater than 0"),
+    "a day of proving": (put("/certificate", {"time_limit": 86400.0}), "/certificate/time_limit", "600"),
+    "unknown baseline": (put("/baselines", ["guessing"]), "/baselines/0", "interior-penalty"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_refused_with_place_and_advice(live: TestClient, name: str) -> None:
+    spoil, pointer, word = REFUSED[name]
+    request = copy.deepcopy(EXAMPLE)
+    spoil(request)
+    body = json.dumps(request).replace("Infinity", "1e400")
+    began = time.monotonic()
+    answer = live.post("/v1/layouts", content=body, headers={"Content-Type": "application/json"})
+    assert time.monotonic() - began < 5.0
+    assert answer.status_code == 422, answer.text
+    assert answer.headers["content-type"] == "application/problem+json"
+    problem = answer.json()
+    assert problem["status"] == 422
+    details = [error["detail"] for error in problem["errors"] if error["pointer"] == pointer]
+    assert details, problem["errors"]
+    assert any(word in detail for detail in details), details
+    assert all(detail.endswith((".", "?")) for detail in details)
+
+
+@pytest.mark.parametrize(
+    ("body", "word"),
+    [
+        (b"", "empty"),
+        (b"{", "line 1"),
+        (b'{"name": "a",\n "task": }', "line 2"),
+        (b'{"max_joint_step": NaN}', "NaN"),
+        (b'{"max_joint_step": -Infinity}', "Infinity"),
+        (b'{"name": "a", "name": "b"}', "more than once"),
+        (b'{"name": "\\ud800"}', "half a character"),
+        (b'{"name": "\xff"}', "UTF-8"),
+        (b"[" * 100_000, "nested"),
+        (b'{"name": ' + b"9" * 5000 + b"}", "number"),
+    ],
+    ids=lambda value: value[:20].decode("latin-1") if isinstance(value, bytes) else "",
+)
+def test_what_is_no_json_is_refused_with_the_place(live: TestClient, body: bytes, word: str) -> None:
+    answer = live.post("/v1/layouts", content=body, headers={"Content-Type": "application/json"})
+    assert answer.status_code == 400
+    assert answer.json()["code"] == "invalid-json"
+    assert word in answer.json()["detail"]
+
+
+@pytest.mark.parametrize("body", ["[]", '"line"', "null", "7"])
+def test_what_is_no_object_is_refused(live: TestClient, body: str) -> None:
+    answer = live.post("/v1/layouts", content=body, headers={"Content-Type": "application/json"})
+    assert answer.status_code == 422
+    assert "object" in answer.json()["errors"][0]["detail"]
+
+
+def test_a_body_beyond_the_limit_is_refused(live: TestClient) -> None:
+    body = b" " * 9_000_000
+    answer = live.post("/v1/layouts", content=body, headers={"Content-Type": "application/json"})
+    assert answer.status_code == 413
+    assert answer.headers["content-type"] == "application/problem+json"
+    assert "DUOCELL_MAX_BODY" in answer.json()["errors"][0]["detail"]
+
+
+def test_thousands_of_bad_poses_are_not_answered_with_thousands_of_sentences(live: TestClient) -> None:
+    request = copy.deepcopy(EXAMPLE) | {"task": {"poses": [{}] * 3000}}
+    answer = live.post("/v1/layouts", json=request)
+    assert answer.status_code == 422
+    assert len(answer.json()["errors"]) == 21
+    assert "further problems" in answer.json()["errors"][-1]["detail"]
+
+
+def kilometres_away(request: Document) -> None:
+    for end in ("start", "end"):
+        request["task"]["line"][end]["position"][0] += 5000.0
+
+
+def far_apart(request: Document) -> None:
+    request["task"]["line"]["end"]["position"][1] += 9.0
+
+
+def narrow_limits(request: Document) -> None:
+    request["arms"][0]["limits"] = [[0.17, 0.18], [-0.4, -0.39], [2.7, 2.71], [0.52, 0.53], [0.17, 0.18], [0.17, 0.18]]
+
+
+def no_room(request: Document) -> None:
+    request["arms"][0]["base"] = {"x": 30.0, "y": 30.0, "z": 0.0, "yaw": 0.0}
+
+
+def tiny_steps(request: Document) -> None:
+    request["max_joint_step"] = 1e-6
+
+
+def well_conditioned(request: Document) -> None:
+    request["arms"][0]["min_conditioning"] = 1.0
+
+
+def through_the_base(request: Document) -> None:
+    request["arms"][0]["base"] = {"x": 0.9, "y": 0.5, "z": 0.1, "yaw": 0.0}
+
+
+@pytest.mark.parametrize(
+    "absurd", [kilometres_away, far_apart, narrow_limits, no_room, tiny_steps, well_conditioned, through_the_base]
+)
+def test_an_absurd_cell_is_infeasible_with_reasons(live: TestClient, absurd: Spoil) -> None:
+    request = copy.deepcopy(EXAMPLE) | {"certificate": None}
+    for arm in request["arms"]:
+        arm["reference"] = None
+    request["task"]["line"]["count"] = 4
+    absurd(request)
+    answer = live.post("/v1/layouts", json=request, headers={"Prefer": "wait=60"})
+    assert answer.status_code == 200, answer.text
+    layout = answer.json()
+    assert layout["status"] == "succeeded", layout["error"]
+    assert layout["result"]["outcome"] == "infeasible"
+    assert layout["result"]["objective"] is None
+    assert layout["result"]["reasons"]
+    for reason in layout["result"]["reasons"]:
+        assert reason["arm"] in ("main", "follower")
+        assert reason["kind"]
+        assert reason["detail"]

@@ -1,0 +1,80 @@
+"""From layouts to documents."""
+
+import json
+from math import cos, inf, pi, sin
+from typing import Any
+
+import numpy as np
+import pytest
+
+from models.pose import rotation_from_quaternion, rotation_z
+from optimizer.layout import (
+    ArmCertificate,
+    Baseline,
+    BaselineArm,
+    Certificate,
+    Layout,
+    Outcome,
+    Placement,
+    Reason,
+    Search,
+    Verification,
+)
+from service.documents import result_document
+from service.schemas.result import LayoutResult
+
+PLACEMENT = Placement(
+    arm="main",
+    position=np.array([1.0, 2.0, 3.0]),
+    yaw=4.0,
+    joints=np.arange(12.0).reshape(2, 6),
+    posture={"elbow": "up"},
+    objective=5.0,
+    joint_margins=np.array([inf] * 6),
+    minimum_margin=inf,
+    minimum_conditioning=0.1,
+    characteristic_length=0.4,
+    singularity_distances={"elbow": 0.2},
+)
+FULL = Layout(
+    outcome=Outcome.OPTIMAL,
+    objective=5.0,
+    placements=(PLACEMENT,),
+    reasons=(),
+    proved=True,
+    search=Search(1, 2, 3, 4.0),
+    verification=Verification(1e-9, 2e-9, 0.5, True),
+    certificate=Certificate(4.9, 0.02, False, 7, 0.1, (ArmCertificate("main", None, None, False, 7, 0.1, "none yet"),)),
+    baselines=(Baseline("interior-penalty", None, 0.2, False, (BaselineArm("main", np.zeros(3), 0.1, inf, False),)),),
+)
+INFEASIBLE = Layout(
+    outcome=Outcome.INFEASIBLE,
+    objective=None,
+    placements=(),
+    reasons=(Reason("main", "out_of_reach", (0, 1), "Too far.", None, 0.5, "m"),),
+    proved=True,
+    search=Search(1, 0, 0, 0.1),
+    verification=None,
+)
+
+
+@pytest.mark.parametrize("layout", [FULL, INFEASIBLE], ids=["full", "infeasible"])
+def test_a_document_is_plain_json_and_fits_the_published_schema(layout: Layout) -> None:
+    document = result_document(layout, "hash")
+    text = json.dumps(document, allow_nan=False)
+    assert LayoutResult.model_validate_json(text).model_dump() == document
+
+
+def test_what_is_infinite_is_null() -> None:
+    arm = result_document(FULL, "")["arms"][0]
+    assert arm["minimum_margin"] is None
+    assert arm["joint_margins"] == [None] * 6
+
+
+def test_the_pose_of_a_base_agrees_with_its_yaw() -> None:
+    base: Any = result_document(FULL, "")["arms"][0]["base"]
+    assert base["position"] == base["pose"]["position"] == [1.0, 2.0, 3.0]
+    assert base["pose"]["orientation"]["quaternion"] == [0.0, 0.0, sin(2.0), cos(2.0)]
+    for yaw in (-pi, -1.0, 0.0, 2.0, 6.0):
+        quaternion = np.array([0.0, 0.0, sin(yaw / 2), cos(yaw / 2)])
+        np.testing.assert_allclose(rotation_from_quaternion(quaternion), rotation_z(yaw), atol=1e-12)

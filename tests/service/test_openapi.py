@@ -1,0 +1,173 @@
+"""The OpenAPI document: valid, complete, and true to what is answered."""
+
+import copy
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import pytest
+from fastapi.testclient import TestClient
+from jsonschema import Draft202012Validator
+from openapi_spec_validator import OpenAPIV31SpecValidator
+
+from service.executor import SolveFailed
+
+Document = dict[str, Any]
+
+
+@pytest.fixture
+def published(client: TestClient) -> Document:
+    document: Document = client.get("/openapi.json").json()
+    return document
+
+
+def operations(document: Document) -> Iterator[tuple[str, str, Document]]:
+    for path, item in document["paths"].items():
+        for method, operation in item.items():
+            yield method, path, operation
+
+
+def test_it_is_a_valid_document(published: Document) -> None:
+    assert list(OpenAPIV31SpecValidator(published).iter_errors()) == []
+
+
+def test_every_operation_is_named_and_explained(published: Document) -> None:
+    names = [operation["operationId"] for _, _, operation in operations(published)]
+    assert sorted(names) == [
+        "create_layout",
+        "get_health",
+        "get_layout",
+        "get_problem",
+        "get_readiness",
+        "get_robot",
+        "list_layouts",
+        "list_robots",
+    ]
+    for _, _, operation in operations(published):
+        assert operation["summary"]
+        assert operation["description"]
+
+
+def test_every_field_is_explained(published: Document) -> None:
+    bare = [
+        f"{name}.{field}"
+        for name, schema in published["components"]["schemas"].items()
+        for field, value in schema.get("properties", {}).items()
+        if not value.get("description")
+    ]
+    assert bare == []
+
+
+def test_every_field_of_a_request_has_an_example(published: Document) -> None:
+    schemas = published["components"]["schemas"]
+    seen, todo = set(), ["LayoutRequest"]
+    while todo:
+        name = todo.pop()
+        if name in seen:
+            continue
+        seen.add(name)
+        todo += [reference.rsplit("/", 1)[1] for reference in references(schemas[name])]
+        for field, value in schemas[name].get("properties", {}).items():
+            assert value.get("examples"), f"{name}.{field}"
+    assert {"Arm", "Base", "DhRow", "Pose", "ArcByRadius", "Certificate", "Posture"} <= seen
+
+
+def references(value: Any) -> Iterator[str]:
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            if key == "$ref":
+                yield inner
+            else:
+                yield from references(inner)
+    elif isinstance(value, list):
+        for inner in value:
+            yield from references(inner)
+
+
+def test_errors_are_problems_everywhere(published: Document) -> None:
+    for _, path, operation in operations(published):
+        for status, response in operation["responses"].items():
+            if int(status) >= 400:
+                assert list(response["content"]) == ["application/problem+json"], (path, status)
+    assert "HTTPValidationError" not in published["components"]["schemas"]
+
+
+def test_headers_are_documented(published: Document) -> None:
+    create = published["paths"]["/v1/layouts"]["post"]
+    assert {"Location", "Retry-After", "ETag"} <= set(create["responses"]["202"]["headers"])
+    assert "Retry-After" in create["responses"]["429"]["headers"]
+    assert [parameter["name"] for parameter in create["parameters"]] == ["Prefer"]
+    read = published["paths"]["/v1/layouts/{layout_id}"]["get"]
+    assert {parameter["name"] for parameter in read["parameters"]} == {"layout_id", "If-None-Match"}
+    assert "ETag" in read["responses"]["304"]["headers"]
+
+
+def test_every_example_of_a_body_is_accepted(client: TestClient, published: Document) -> None:
+    sent = 0
+    for method, path, operation in operations(published):
+        for example in (
+            operation.get("requestBody", {}).get("content", {}).get("application/json", {}).get("examples", {}).values()
+        ):
+            assert client.request(method, path, json=example["value"]).status_code == 202
+            sent += 1
+    assert sent == 1
+
+
+def test_example_values_fit_their_schemas(published: Document) -> None:
+    for name, schema in published["components"]["schemas"].items():
+        for field, value in schema.get("properties", {}).items():
+            for example in value.get("examples", []):
+                check(example, value, published, f"{name}.{field}")
+
+
+def check(value: Any, schema: Document, published: Document, what: str) -> None:
+    whole = copy.deepcopy(schema) | {"components": published["components"]}
+    errors = [
+        f"{what}{list(error.absolute_path)}: {error.message}"
+        for error in Draft202012Validator(whole).iter_errors(value)
+    ]
+    assert errors == []
+
+
+def schema_of(published: Document, operation_id: str, status: int, media_type: str) -> Document:
+    for _, _, operation in operations(published):
+        if operation["operationId"] == operation_id:
+            schema: Document = operation["responses"][str(status)]["content"][media_type]["schema"]
+            return schema
+    raise AssertionError(operation_id)
+
+
+@pytest.mark.parametrize(
+    ("operation_id", "status", "ask"),
+    [
+        ("create_layout", 200, lambda c, e: c.post("/v1/layouts", json=e, headers={"Prefer": "wait=10"})),
+        ("create_layout", 202, lambda c, e: c.post("/v1/layouts", json=e)),
+        ("create_layout", 400, lambda c, e: c.post("/v1/layouts", content=b"{")),
+        ("create_layout", 415, lambda c, e: c.post("/v1/layouts", data={"a": "b"})),
+        ("create_layout", 422, lambda c, e: c.post("/v1/layouts", json={})),
+        ("list_layouts", 200, lambda c, e: (c.post("/v1/layouts", json=e), c.get("/v1/layouts"))[1]),
+        ("list_layouts", 422, lambda c, e: c.get("/v1/layouts?limit=0")),
+        ("get_layout", 404, lambda c, e: c.get("/v1/layouts/none")),
+        ("list_robots", 200, lambda c, e: c.get("/v1/robots")),
+        ("get_robot", 200, lambda c, e: c.get("/v1/robots/puma560")),
+        ("get_robot", 404, lambda c, e: c.get("/v1/robots/none")),
+        ("get_health", 200, lambda c, e: c.get("/healthz")),
+        ("get_readiness", 200, lambda c, e: c.get("/readyz")),
+        ("get_problem", 200, lambda c, e: c.get("/problems/queue-full")),
+        ("get_problem", 404, lambda c, e: c.get("/problems/none")),
+    ],
+)
+def test_answers_are_what_the_document_says(
+    client: TestClient, published: Document, example: Document, operation_id: str, status: int, ask: Callable[..., Any]
+) -> None:
+    answer = ask(client, example)
+    assert answer.status_code == status
+    media_type = answer.headers["content-type"]
+    check(answer.json(), schema_of(published, operation_id, status, media_type), published, operation_id)
+
+
+def test_a_failed_layout_fits_its_schema_too(
+    client: TestClient, fake: Any, published: Document, example: Document
+) -> None:
+    fake.failure = SolveFailed("time-limit", "No answer within 70 s.")
+    answer = client.post("/v1/layouts", json=example, headers={"Prefer": "wait=10"})
+    check(answer.json(), schema_of(published, "create_layout", 200, "application/json"), published, "failed")

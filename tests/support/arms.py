@@ -1,0 +1,97 @@
+"""Arms for tests: short to write, with the defaults a request would get."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+
+from models import catalogue
+from models.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
+from models.dh import DhRow, robot_from_dh
+from models.posture import Posture
+from models.reference import mid_range
+from models.robot import Robot
+
+
+def region(x=(-1.0, 1.0), y=(-1.0, 1.0), z=0.0, yaw=FREE_YAW) -> BaseRegion:
+    """A base region from numbers (fixed), pairs or intervals."""
+    return BaseRegion(*(_interval(value) for value in (x, y, z, yaw)))
+
+
+def _interval(value) -> Interval:
+    if isinstance(value, Interval):
+        return value
+    low, high = (value, value) if np.isscalar(value) else value
+    return Interval(float(low), float(high))
+
+
+def make_arm(robot: str | Robot = "puma560", name: str = "arm", base: BaseRegion | None = None, **given) -> Arm:
+    """An arm of a cell; ``given`` are fields of `Arm`, the rest as a request leaves them."""
+    robot = catalogue.robot(robot) if isinstance(robot, str) else robot
+    lower = np.array(given.pop("lower", robot.lower), dtype=float)
+    upper = np.array(given.pop("upper", robot.upper), dtype=float)
+    inside = (robot.reference >= lower) & (robot.reference <= upper)
+    return Arm(
+        name=name,
+        robot=robot,
+        tool=given.pop("tool", np.eye(4)),
+        grasp=given.pop("grasp", np.eye(4)),
+        base=base or region(),
+        lower=lower,
+        upper=upper,
+        reference=given.pop("reference", np.where(inside, robot.reference, mid_range(lower, upper))),
+        weights=given.pop("weights", range_weights(lower, upper)),
+        posture=given.pop("posture", Posture()),
+        **given,
+    )
+
+
+def random_joints(arm: Robot | Arm, count: int, rng: np.random.Generator, margin: float = 0.0) -> np.ndarray:
+    """(count, n) rad inside the limits, ``margin`` rad away from them; endless joints within a turn."""
+    low = np.where(np.isfinite(arm.lower), arm.lower + margin, -pi)
+    high = np.where(np.isfinite(arm.upper), arm.upper - margin, pi)
+    return rng.uniform(low, high, (count, arm.dof))
+
+
+def puma_by_table() -> Robot:
+    """The source's PUMA as a user would send it: a D-H table."""
+    degrees, metres = np.radians, 1e-3
+    table = (
+        (-90, 0.0, 0.0, -160, 160),
+        (0, 431.8, 149.1, -185, 45),
+        (90, -20.3, 0.0, -45, 225),
+        (-90, 0.0, 433.1, -110, 170),
+        (90, 0.0, 0.0, -100, 100),
+        (0, 0.0, 56.3, -266, 266),
+    )
+    rows = [DhRow(degrees(al), a * metres, d * metres, degrees(low), degrees(high)) for al, a, d, low, high in table]
+    return robot_from_dh("table", rows)
+
+
+def oblique_wrist() -> Robot:
+    """A six-joint arm with a spherical wrist whose axes are 60° apart, as on painting robots: not every orientation
+    of the flange can be reached wherever its wrist is.
+    """
+    rows = [
+        DhRow(-pi / 2, 0.1, 0.4, -3.0, 3.0),
+        DhRow(0.0, 0.6, 0.0, -3.0, 3.0),
+        DhRow(pi / 2, 0.05, 0.0, -3.0, 3.0),
+        DhRow(-pi / 3, 0.0, 0.6, -3.0, 3.0),
+        DhRow(pi / 3, 0.0, 0.0, -3.0, 3.0),
+        DhRow(0.0, 0.0, 0.1, -3.0, 3.0),
+    ]
+    return robot_from_dh("oblique", rows)
+
+
+def general_six() -> Robot:
+    """A six-joint arm of no closed-form class."""
+    rows = [
+        DhRow(-pi / 2, 0.1, 0.35, -2.9, 2.9),
+        DhRow(0.1, 0.5, 0.05, -2.5, 2.5),
+        DhRow(pi / 2, 0.05, 0.0, -2.5, 2.5),
+        DhRow(-pi / 2, 0.04, 0.5, -2.9, 2.9),
+        DhRow(pi / 2, 0.03, 0.0, -2.0, 2.0),
+        DhRow(0.0, 0.0, 0.1, -2.9, 2.9),
+    ]
+    return robot_from_dh("general", rows)

@@ -123,6 +123,12 @@ def print_robot(name: str) -> int:
         ("reach", f"{1000.0 * robot['reach']:.0f} mm at most"),
         ("frames", f"{robot['base_frame']} (base) to {robot['flange_frame']} (flange)"),
         ("reference", robot["reference_source"]),
+        ("inverse kinematics", robot["inverse_kinematics"]),
+        *(
+            (f"{key} {word}", meaning)
+            for key, words in (robot["postures"] or {}).items()
+            for word, meaning in words.items()
+        ),
         ("source", robot["source"]),
         ("licence", robot["licence"]),
         *(("note", note) for note in robot["notes"]),

@@ -35,6 +35,8 @@ def robot_document(name: str) -> dict[str, Any]:
     Raises:
         UnknownRobot: no such name.
     """
+    from models.inverse import posture_definitions, source_of_branches  # loads engines the server can start without
+
     robot = catalogue.robot(name)
     flange = flange_poses(robot, np.zeros(robot.dof))[0]
     joints = zip(robot.joint_names, robot.lower, robot.upper, robot.reference, strict=True)
@@ -51,7 +53,8 @@ def robot_document(name: str) -> dict[str, Any]:
             "position": flange[:3, 3].tolist(),
             "orientation": {"quaternion": quaternion_from_rotation(flange[:3, :3]).tolist()},
         },
-        "postures": None,
+        "postures": posture_definitions(robot),
+        "inverse_kinematics": source_of_branches(robot),
         "notes": list(robot.notes),
         "source": robot.source,
         "licence": robot.licence,

@@ -50,6 +50,10 @@ class RobotDetail(RobotSummary):
         description="What the names of postures mean for this robot: key, name -> definition; null if it has none.",
         examples=[{"wrist": {"flip": "joint 5 below zero", "noflip": "joint 5 above zero"}}],
     )
+    inverse_kinematics: str = Field(
+        description="How joint values are found for a pose, and whether all of them are.",
+        examples=["closed form (spherical wrist), all eight branches"],
+    )
     notes: list[str] = Field(
         description="Where the mounting face is, open limits, and other remarks.",
         examples=[["The base frame is base_link, at the mounting face."]],

@@ -31,6 +31,8 @@ def test_a_robot_tells_limits_frames_and_provenance(client: TestClient) -> None:
     assert robot["base_frame"]
     assert robot["flange_frame"]
     assert any("shoulder height" in note for note in robot["notes"])
+    assert robot["postures"]["wrist"]["flip"].startswith("joint_5")
+    assert robot["inverse_kinematics"].startswith("closed form")
     assert robot["source"]
     assert robot["licence"]
 

@@ -41,11 +41,20 @@ def branches(robot: Robot, targets: Floats) -> Iterator[Floats]:
     elif robot.ssik_name is not None:
         solver = _manipulator(robot.ssik_name)
         for target in targets:
-            solutions = solver.solve(target, respect_limits=False)
+            # without the rescue: it perturbs poses that nothing reaches, at many times the cost, to recover branches on
+            # rank-deficient ridges of measure zero
+            solutions = solver.solve(target, respect_limits=False, allow_rescue=False)
             yield np.array([solution.q for solution in solutions]).reshape(-1, robot.dof)
     else:
         for target in targets:
             yield numeric_branches(robot, target)
+
+
+def quickly_enumerated(robot: Robot) -> bool:
+    """False where enumerating the branches of a pose takes tens of milliseconds: better to follow single branches."""
+    if closed_form(robot) is not None:
+        return True
+    return robot.ssik_name is not None and not _manipulator(robot.ssik_name).solver_name.startswith("jointlock")
 
 
 @lru_cache(maxsize=128)

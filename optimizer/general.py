@@ -1,8 +1,9 @@
 """Global search of one arm that has no reduced problem: seven joints, no closed form, or a tilted first axis.
 
-A wide net of bases is scored on a few poses by the branches of each pose alone, the best get a continuous path by
-`optimizer.layers`, and the local solver does the rest: it moves every joint, so a redundant arm's freedom is used
-fully although only samples of it are tried here.
+Two nets are cast. Bases are scored on a few poses by the branches of each pose alone, and the best get a continuous
+path by `optimizer.layers`; and paths are followed from many random postures by `optimizer.continuation`. The local
+solver does the rest: it moves every joint, so a redundant arm's freedom is used fully although only samples of it are
+tried here.
 """
 
 from __future__ import annotations
@@ -15,13 +16,19 @@ from models.arm import Arm
 from models.arrays import Floats
 from models.cell import Cell
 from models.chain import chain_of
+from models.inverse import quickly_enumerated
 from optimizer.box import spread
+from optimizer.continuation import continue_paths
 from optimizer.layers import LayeredPath, best_path, layers_at, node_costs
 
-SCORED = {0: 1, 1: 32, 2: 64, 3: 256, 4: 512}
+SCORED = {0: 1, 1: 16, 2: 32, 3: 64, 4: 128}
 """Bases scored on a few poses, by number of free coordinates."""
-PATHS = 12
-"""Best bases that get a whole path."""
+PATHS = 6
+"""Best bases that get a path through the layers of all poses."""
+FOLLOWED = 256
+"""Random postures followed along the task."""
+SAME_PLACE, SAME_JOINTS = 0.1, 0.5
+"""m and rad: paths nearer than this to each other count as one start."""
 UNREACHED = 1e3
 """Score of a pose without a branch."""
 ROUNDS = 3
@@ -50,20 +57,41 @@ def screen_general(cell: Cell, arm: Arm, box: Floats, seed: int) -> GeneralScree
     sigma = chain_of(arm.robot).vertical_sign
     yaw = np.array([[0.0, 0.0]]) if sigma else arm.base.bounds[3:]
     region = np.concatenate([box, yaw])
-    poses = np.unique(np.linspace(0, len(cell.task) - 1, 3).round())
-    count = SCORED[int(np.sum(region[:, 1] > region[:, 0]))]
     found: list[LayeredPath] = []
     evaluated = 0
-    for round_ in range(ROUNDS if count > 1 else 1):
-        places = spread(region, count, seed + round_)
-        evaluated += len(places)
-        scores = np.array([_score(cell, arm, place, poses, bool(sigma)) for place in places])
-        order = np.argsort(scores, kind="stable")[:PATHS]
-        found += [best_path(cell, arm, places[i, :3], float(places[i, 3])) for i in order]
+    for round_ in range(ROUNDS):
+        followed = FOLLOWED * 2**round_
+        found += continue_paths(cell, arm, region, seed + round_, followed)
+        evaluated += followed
+        if quickly_enumerated(arm.robot):
+            places = _best_places(cell, arm, region, seed + round_, 2**round_)
+            found += [best_path(cell, arm, place[:3], float(place[3])) for place in places[:PATHS]]
+            evaluated += len(places)
         if any(path.violation == 0.0 for path in found):
             break
-        count *= 2
     return GeneralScreen(sorted(found, key=lambda p: (p.violation > 0.0, p.violation, p.objective)), evaluated)
+
+
+def _best_places(cell: Cell, arm: Arm, region: Floats, seed: int, factor: int) -> Floats:
+    """(k, 4) places spread over the region, best first by the cost of a few poses alone."""
+    poses = np.unique(np.linspace(0, len(cell.task) - 1, 3).round())
+    skip_first = bool(chain_of(arm.robot).vertical_sign)
+    places = spread(region, SCORED[int(np.sum(region[:, 1] > region[:, 0]))] * factor, seed)
+    scores = np.array([_score(cell, arm, place, poses, skip_first) for place in places])
+    return places[np.argsort(scores, kind="stable")]
+
+
+def different(paths: list[LayeredPath]) -> list[LayeredPath]:
+    """Paths in order, without those that stand and bend about as an earlier one does: they end in the same optimum."""
+    kept: list[LayeredPath] = []
+    for path in paths:
+        if not any(
+            float(np.max(np.abs(path.position - other.position))) < SAME_PLACE
+            and float(np.max(np.abs(path.joints - other.joints))) < SAME_JOINTS
+            for other in kept
+        ):
+            kept.append(path)
+    return kept
 
 
 def _score(cell: Cell, arm: Arm, place: Floats, poses: Floats, skip_first: bool) -> float:

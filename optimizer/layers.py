@@ -86,11 +86,19 @@ def best_path(cell: Cell, arm: Arm, position: Floats, yaw: float) -> LayeredPath
         return LayeredPath(position, yaw, np.empty((0, arm.dof)), np.inf, np.inf, unreached)
     costs = [node_costs(arm, layer, bool(sigma)) for layer in layers]
     chosen = _shortest(layers, costs, cell.max_joint_step)
-    joints, step = unwrap(np.array([layer[k] for layer, k in zip(layers, chosen, strict=True)]).T.copy())
+    joints = np.array([layer[k] for layer, k in zip(layers, chosen, strict=True)]).T.copy()
+    return finish_path(cell, arm, position, 0.0 if sigma else yaw, joints)
+
+
+def finish_path(cell: Cell, arm: Arm, position: Floats, yaw: float, joints: Floats) -> LayeredPath:
+    """Unwrap joint values (n, m) found with the base at ``position`` and ``yaw``, lift them and choose the best yaw."""
+    sigma = chain_of(arm.robot).vertical_sign
+    joints, step = unwrap(joints)
     violation = max(float(np.max(step)) - cell.max_joint_step, 0.0)
     for i in range(1 if sigma else 0, arm.dof):
         violation += float(lift(joints[i], arm.lower[i], arm.upper[i], arm.reference[i]))
     if sigma:
+        joints[0] += sigma * yaw  # as if the yaw were zero
         best, out = choose_yaw(joints[0], arm.lower[0], arm.upper[0], arm.reference[0], arm.base, sigma)
         yaw, violation = float(best), violation + float(out)
     path = joints.T

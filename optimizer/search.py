@@ -11,7 +11,7 @@ from models.arm import Arm
 from models.arrays import Floats
 from models.cell import Cell
 from optimizer.box import search_box
-from optimizer.general import screen_general
+from optimizer.general import different, screen_general
 from optimizer.layout import Reason
 from optimizer.local import solve_locally
 from optimizer.program import ArmPoint
@@ -139,7 +139,7 @@ def _search_general(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadl
     general = screen_general(cell, search.arm, box, seed)
     search.candidates = general.evaluated
     optima: list[tuple[float, ArmPoint]] = []
-    for path in [path for path in general.paths if len(path.joints)][:GENERAL_STARTS]:
+    for path in different([path for path in general.paths if len(path.joints)])[:GENERAL_STARTS]:
         optima += _solve(cell, search, ArmPoint(path.position, path.yaw, path.joints), deadline)
         if not search.finished:
             break

@@ -104,6 +104,9 @@ def solve_program(program: Program, start: Sequence[ArmPoint], time_limit: float
     Returns:
         The result; never raises for a numerical failure, the status says it.
     """
+    if np.any(program.lower > program.upper):  # a posture that the limits in force rule out
+        empty = float(np.max(program.lower - program.upper))
+        return Solve(SolveStatus.INFEASIBLE, "Empty_Bounds", list(start), np.inf, empty, 0, 0.0)
     solver = _solver(program.structure, time_limit)
     result = solver(
         x0=program.pack(start),

@@ -26,12 +26,14 @@ class Accepted:
         request_hash: see `hash_of`.
         name: its label.
         certificate_time: s that it asks for a proof.
+        runs: searches that it asks for, baselines included.
     """
 
     text: str
     request_hash: str
     name: str
     certificate_time: float
+    runs: int
 
 
 def accept(body: bytes, limits: Limits, robots: Mapping[str, Robot] | None = None) -> Accepted:
@@ -56,6 +58,7 @@ def accept(body: bytes, limits: Limits, robots: Mapping[str, Robot] | None = Non
         request_hash=hash_of(request.model_dump(mode="json")),
         name=request.name,
         certificate_time=0.0 if request.certificate is None else request.certificate.time_limit,
+        runs=1 + len(request.baselines),
     )
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import degrees
 from typing import IO, Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from models.errors import UnknownRobot
@@ -28,7 +30,7 @@ def console_on(file: IO[str] | None = None) -> Console:
 def print_layout(resource: dict[str, Any], file: IO[str]) -> None:
     """Where the bases go, how near the joints come to their limits, and why not where not."""
     console, result = console_on(file), resource["result"]
-    console.print(f"[bold]{_headline(resource)}[/]")
+    console.print(f"[bold]{escape(_headline(resource))}[/]")
     if result["arms"]:
         console.print(_placements(result["arms"]))
         console.print(_margins(result["arms"]))
@@ -42,31 +44,41 @@ def _headline(resource: dict[str, Any]) -> str:
     name = f"{resource['name']}: " if resource["name"] else ""
     objective = "" if result["objective"] is None else f", objective {result['objective']:.4f}"
     proof = " (proved)" if result["proved"] else ""
-    return f"{name}{result['outcome']}{proof}{objective}".replace("[", r"\[")
+    return f"{name}{result['outcome']}{proof}{objective}"
+
+
+WORDS = ("arm", "posture", "name", "model", "joint")
+"""Headings of columns that hold words; the others hold numbers."""
+
+
+def _table(title: str, headings: Sequence[str]) -> Table:
+    """A table without rows."""
+    table = Table(title=escape(title) or None, title_justify="left")
+    for heading in headings:
+        table.add_column(escape(heading), justify="left" if heading in WORDS else "right")
+    return table
 
 
 def _placements(arms: list[dict[str, Any]]) -> Table:
-    table = Table(title="Placements", title_justify="left")
-    for heading in ("arm", "x [mm]", "y [mm]", "z [mm]", "yaw [°]", "posture", "objective", "conditioning"):
-        table.add_column(heading, justify="left" if heading in ("arm", "posture") else "right")
+    headings = ("arm", "x [mm]", "y [mm]", "z [mm]", "yaw [°]", "posture", "objective", "conditioning")
+    table = _table("Placements", headings)
     for arm in arms:
         x, y, z = (f"{1000.0 * value:.2f}" for value in arm["base"]["position"])
         posture = " ".join((arm["posture"] or {}).values()) or NONE
         yaw = f"{degrees(arm['base']['yaw']):.3f}"
         numbers = (_number(arm["objective"], 4), _number(arm["minimum_conditioning"], 3))
-        table.add_row(arm["name"], x, y, z, yaw, posture, *numbers)
+        table.add_row(escape(arm["name"]), x, y, z, yaw, posture, *numbers)
     return table
 
 
 def _margins(arms: list[dict[str, Any]]) -> Table:
-    table = Table(title="Smallest distance to a joint limit [°]", title_justify="left")
-    table.add_column("arm")
     joints = max(len(arm["joint_margins"]) for arm in arms)
-    for heading in (*(f"joint {index + 1}" for index in range(joints)), "smallest"):
-        table.add_column(heading, justify="right")
+    headings = ("arm", *(f"joint {index + 1}" for index in range(joints)), "smallest")
+    table = _table("Smallest distance to a joint limit [°]", headings)
     for arm in arms:
         margins = [_degrees(margin) for margin in arm["joint_margins"]]
-        table.add_row(arm["name"], *margins, *[""] * (joints - len(margins)), _degrees(arm["minimum_margin"]))
+        empty = [""] * (joints - len(margins))
+        table.add_row(escape(arm["name"]), *margins, *empty, _degrees(arm["minimum_margin"]))
     return table
 
 
@@ -96,9 +108,7 @@ def _evidence(result: dict[str, Any]) -> str:
 
 def print_robots() -> int:
     """All robots."""
-    table = Table()
-    for heading in ("name", "model", "joints", "reach [mm] up to"):
-        table.add_column(heading, justify="right" if "[" in heading or heading == "joints" else "left")
+    table = _table("", ("name", "model", "joints", "reach up to [mm]"))
     for robot in robot_list():
         table.add_row(robot["name"], robot["title"], str(robot["dof"]), f"{1000.0 * robot['reach']:.0f}")
     console_on().print(table)
@@ -113,9 +123,7 @@ def print_robot(name: str) -> int:
         return complain([Issue("", error.detail, error.code)])
     console = console_on()
     console.print(f"[bold]{robot['name']}[/]: {robot['title'] or NONE} ({robot['maker'] or NONE})")
-    table = Table()
-    for heading in ("joint", "lower [°]", "upper [°]", "reference [°]"):
-        table.add_column(heading, justify="left" if heading == "joint" else "right")
+    table = _table("", ("joint", "lower [°]", "upper [°]", "reference [°]"))
     for joint in robot["joints"]:
         table.add_row(joint["name"], *(_degrees(joint[key]) for key in ("lower", "upper", "reference")))
     console.print(table)

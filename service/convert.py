@@ -16,9 +16,6 @@ from service.issues import Issues
 from service.schemas.request import LayoutRequest
 from service.schemas.task import ArcByCenter, ArcByRadius, LineTask, PosesTask, Task
 
-BASELINES: frozenset[str] = frozenset()
-"""Methods of the literature that this version can run beside; the others are refused."""
-
 
 def cell_of(request: LayoutRequest, robots: Mapping[str, Robot] | None = None) -> Cell:
     """The cell that a request describes.
@@ -57,12 +54,9 @@ def settings_of(request: LayoutRequest, time_limit: float) -> Settings:
 
 
 def _check_baselines(request: LayoutRequest, issues: Issues) -> None:
-    """Refuse methods that this version does not have, and repetitions."""
+    """Refuse repetitions."""
     for index, name in enumerate(request.baselines):
-        if name not in BASELINES:
-            known = ", ".join(sorted(BASELINES)) or "none"
-            issues.add(f"/baselines/{index}", f"This version cannot run {name!r}; it can run {known}. Leave it out.")
-        elif name in request.baselines[:index]:
+        if name in request.baselines[:index]:
             issues.add(f"/baselines/{index}", f"{name!r} is asked for twice; once is enough. Remove one.")
 
 

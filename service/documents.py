@@ -9,8 +9,10 @@ from typing import Any
 from optimizer.layout import (
     ArmCertificate,
     Baseline,
+    BaselineArm,
     Certificate,
     Layout,
+    PenaltyCycle,
     Placement,
     Reason,
     Verification,
@@ -111,15 +113,33 @@ def _baseline(baseline: Baseline) -> dict[str, Any]:
         "wall_time": baseline.wall_time,
         "feasible": baseline.feasible,
         "note": baseline.note,
-        "arms": [
-            {
-                "arm": arm.arm,
-                "base": _base(arm.position, arm.yaw),
-                "objective": finite(arm.objective),
-                "feasible": arm.feasible,
-            }
-            for arm in baseline.arms
-        ],
+        "arms": [_baseline_arm(arm) for arm in baseline.arms],
+    }
+
+
+def _baseline_arm(arm: BaselineArm) -> dict[str, Any]:
+    return {
+        "arm": arm.arm,
+        "base": _base(arm.position, arm.yaw),
+        "start": None if arm.start is None else _base(arm.start[:3], arm.start[3]),
+        "posture": arm.posture,
+        "objective": finite(arm.objective),
+        "feasible": arm.feasible,
+        "note": arm.note,
+        "trace": [_cycle(cycle) for cycle in arm.trace],
+    }
+
+
+def _cycle(cycle: PenaltyCycle) -> dict[str, Any]:
+    return {
+        "phase": cycle.phase,
+        "parameter": finite(cycle.parameter),
+        "penalised": finite(cycle.penalised),
+        "objective": finite(cycle.objective),
+        "placement": [float(value) for value in cycle.placement],
+        "worst": finite(cycle.worst),
+        "iterations": cycle.iterations,
+        "evaluations": cycle.evaluations,
     }
 
 

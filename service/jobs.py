@@ -175,11 +175,12 @@ class MemoryJobs:
     async def _carry_out(self, job_id: str, accepted: Accepted) -> None:
         """The life of a job."""
         limit = self._time_limit + accepted.certificate_time
+        kill_after = limit * accepted.runs + self._grace  # every run is given the limit anew
         try:
             async with self._slots:
                 self._change(job_id, status=JobStatus.RUNNING, started_at=datetime.now(UTC))
                 began = time.monotonic()
-                answer = await self._executor.solve(accepted.text, accepted.request_hash, limit, limit + self._grace)
+                answer = await self._executor.solve(accepted.text, accepted.request_hash, limit, kill_after)
                 self._seconds.append(time.monotonic() - began)
             self._finish(
                 job_id,

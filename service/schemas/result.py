@@ -106,13 +106,30 @@ class CertificateResult(Answer):
     arms: list[ArmCertificate] = Field(description="Per arm.")
 
 
+class PenaltyCycle(Answer):
+    """One cycle of a penalty method: the minimum for one value of its parameter."""
+
+    phase: str = Field(description="reach, exterior or interior.", examples=["interior"])
+    parameter: float | None = Field(description="Penalty parameter; 0 in the reach phase.", examples=[0.3])
+    penalised: float | None = Field(description="Penalised objective.", examples=[190.2])
+    objective: float | None = Field(description="Objective; null where there is no inverse.", examples=[171.0])
+    placement: list[float] = Field(description="[x, y, z, yaw] in m and rad.", examples=[[0.4, 0.9, 0.0, -0.8]])
+    worst: float | None = Field(description="Largest violation in rad or m; kept if negative.", examples=[-0.02])
+    iterations: int = Field(description="Line searches.", examples=[12])
+    evaluations: int = Field(description="Evaluations of the penalised objective.", examples=[40])
+
+
 class BaselineArm(Answer):
     """Where a method of the literature puts one arm."""
 
     arm: str = Field(description="Its name.", examples=["main"])
-    base: BasePlacement = Field(description="Its base.")
+    base: BasePlacement = Field(description="Its base at the end.")
+    start: BasePlacement | None = Field(description="Where the method began; null if it did not run.")
+    posture: dict[str, str] | None = Field(description="Posture it keeps.", examples=[{"elbow": "up"}])
     objective: float | None = Field(description="Its part of the objective.", examples=[75.0])
-    feasible: bool = Field(description="Whether it keeps limits and continuity.", examples=[True])
+    feasible: bool = Field(description="Whether it keeps every constraint.", examples=[True])
+    note: str = Field(description="What is worth knowing: an extra phase, an infeasible start.", examples=[""])
+    trace: list[PenaltyCycle] = Field(description="Every cycle.")
 
 
 class BaselineResult(Answer):

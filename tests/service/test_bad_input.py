@@ -174,6 +174,7 @@ REFUSED: dict[str, tuple[Spoil, str, str]] = {
     "conditioning beyond one": (put("/arms/0/min_conditioning", 1.5), "/arms/0/min_conditioning", "at most 1"),
     "gap of zero": (put("/certificate", {"gap": 0.0}), "/certificate/gap", "greater than 0"),
     "a day of proving": (put("/certificate", {"time_limit": 86400.0}), "/certificate/time_limit", "600"),
+    "a baseline twice": (put("/baselines", ["exterior-penalty"] * 2), "/baselines/1", "twice"),
     "unknown baseline": (put("/baselines", ["guessing"]), "/baselines/0", "interior-penalty"),
 }
 

@@ -63,6 +63,7 @@ def test_an_unknown_robot_is_bad_input(capsys: pytest.CaptureFixture[str]) -> No
 def test_solve_prints_millimetres_and_degrees_and_writes_the_answer(
     tmp_path: Path, small: Document, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    small["arms"][0]["name"] = "[bold]me[/]"
     output = tmp_path / "result.json"
     assert main(["solve", write(tmp_path, small), "-o", str(output)]) == 0
     resource = json.loads(output.read_text())
@@ -72,6 +73,8 @@ def test_solve_prints_millimetres_and_degrees_and_writes_the_answer(
     assert f"{arm['base']['yaw'] * 57.29577951308232:.3f}" in printed
     assert " ".join(arm["posture"].values()) in printed
     assert "joint 6" in printed
+    assert "x [mm]" in printed
+    assert "[bold]me[/]" in printed
     assert resource["status"] == "succeeded"
     assert resource["request"]["arms"][0]["weights"] == "range"
 

@@ -4,7 +4,7 @@ import copy
 import json
 from collections.abc import Callable
 from math import pi
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import pytest
@@ -12,10 +12,11 @@ import pytest
 from models.arm import range_weights
 from models.catalogue import robot
 from models.posture import Posture
+from optimizer.penalty import METHODS
 from service.accept import accept
 from service.convert import cell_of, settings_of
 from service.issues import InvalidRequest
-from service.schemas.request import LayoutRequest
+from service.schemas.request import Baseline, LayoutRequest
 from service.settings import Limits
 from service.validation import validate
 
@@ -182,6 +183,10 @@ def test_all_that_is_wrong_is_told_at_once(example: Document) -> None:
         "/task/line/start/orientation/quaternion",
         "/baselines/1",
     } <= set(refused(example))
+
+
+def test_the_methods_that_may_be_asked_for_are_those_of_the_optimizer() -> None:
+    assert set(get_args(Baseline)) == set(METHODS)
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ from optimizer.layout import (
     Certificate,
     Layout,
     Outcome,
+    PenaltyCycle,
     Placement,
     Reason,
     Search,
@@ -36,6 +37,17 @@ PLACEMENT = Placement(
     characteristic_length=0.4,
     singularity_distances={"elbow": 0.2},
 )
+BASELINE_ARM = BaselineArm(
+    arm="main",
+    position=np.zeros(3),
+    yaw=0.1,
+    objective=inf,
+    feasible=False,
+    start=np.ones(4),
+    posture={"elbow": "up"},
+    trace=(PenaltyCycle("interior", 0.3, inf, None, np.zeros(4), -0.1, 3, 9),),
+    note="the start is infeasible",
+)
 FULL = Layout(
     outcome=Outcome.OPTIMAL,
     objective=5.0,
@@ -45,7 +57,7 @@ FULL = Layout(
     search=Search(1, 2, 3, 4.0),
     verification=Verification(1e-9, 2e-9, 0.5, True),
     certificate=Certificate(4.9, 0.02, False, 7, 0.1, (ArmCertificate("main", None, None, False, 7, 0.1, "none yet"),)),
-    baselines=(Baseline("interior-penalty", None, 0.2, False, (BaselineArm("main", np.zeros(3), 0.1, inf, False),)),),
+    baselines=(Baseline("interior-penalty", None, 0.2, False, (BASELINE_ARM,), "none"),),
 )
 INFEASIBLE = Layout(
     outcome=Outcome.INFEASIBLE,

@@ -120,10 +120,13 @@ def test_an_unexpected_error_ends_the_job_too(client: TestClient, fake: Any, exa
     assert "nobody" not in json.dumps(layout)
 
 
-def test_soft_and_hard_limits_grow_with_the_certificate(client_with: Make, fake: Any, example: Document) -> None:
+def test_soft_and_hard_limits_grow_with_what_is_asked_for(client_with: Make, fake: Any, example: Document) -> None:
     example["certificate"] = {"gap": 0.01, "time_limit": 20.0}
-    client_with(time_limit=7.0, grace=3.0).post("/v1/layouts", json=example, headers={"Prefer": "wait=10"})
-    assert fake.limits == [(27.0, 30.0)]
+    client = client_with(time_limit=7.0, grace=3.0)
+    client.post("/v1/layouts", json=example, headers={"Prefer": "wait=10"})
+    example["baselines"] = ["interior-penalty", "exterior-penalty"]
+    client.post("/v1/layouts", json=example, headers={"Prefer": "wait=10"})
+    assert fake.limits == [(27.0, 30.0), (27.0, 84.0)]
 
 
 def test_no_more_run_at_once_than_there_are_workers(client: TestClient, fake: Any, example: Document) -> None:

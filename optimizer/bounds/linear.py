@@ -1,0 +1,106 @@
+r"""The linearised problem of a box and what its solution proves.
+
+In a box the errors ``e = q - q*`` of the joints are ``ℓ(y) + δ`` with ℓ linear in y (base position relative to the
+centre, and yaw shift of joint 1) and ``|δ| <= r``. For any numbers t and any multipliers μ, ν >= 0 every admissible
+path with its base in the box has
+
+    Σ w e² >= Σ w (2 t e - t²) + Σ μ (e - ē) + Σ ν (e̲ - e),
+
+because a parabola lies above its tangents and the limits e̲ <= e <= ē hold. The right side is ``constant + Σ λ e`` with
+λ = 2 w t + μ - ν; with y between ``low`` and ``high`` its minimum is elementary:
+
+    Σ λ e >= Σ λ ℓ(0) + Σ_v min(g_v low_v, g_v high_v) - Σ |λ| r,     g = slopesᵀ λ.
+
+Nothing more is needed for soundness: this is weak duality. t, μ, ν are good if they come from the minimiser of
+``Σ w ℓ² + K Σ violation²``, found by a few projected Newton steps: the gradient vanishes there for t = ℓ and
+μ = 2K violation, so these are nearly optimal multipliers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from models.arrays import Floats
+
+NEWTON_STEPS = 4
+PENALTY = 1e5
+"""K, relative to the largest weight."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Linear:
+    """The linearised problems of N boxes: P rows (joints times poses), V variables.
+
+    Attributes:
+        error: (N, P) rad, ℓ(0). slopes: (N, P, V). rest: (N, P) rad, r.
+        weights: (N, P) w; 0 for rows that do not take part.
+        limits: (2, N, P) rad, e̲ and ē; infinite where no multiplier may be used.
+        low: (N, V) lower ends of the variables. high: (N, V) upper ends.
+    """
+
+    error: Floats
+    slopes: Floats
+    rest: Floats
+    weights: Floats
+    limits: Floats
+    low: Floats
+    high: Floats
+
+    @property
+    def penalty(self) -> Floats:
+        """(N, 1) K."""
+        return PENALTY * np.maximum(np.max(self.weights, axis=1, keepdims=True), 1e-6)
+
+    def line(self, y: Floats) -> Floats:
+        """(N, P) ℓ(y)."""
+        line: Floats = self.error + (self.slopes @ y[..., None])[..., 0]
+        return line
+
+    def violation(self, line: Floats) -> Floats:
+        """(N, P) how far rows are above their upper limit (positive) or below the lower one (negative)."""
+        over: Floats = np.maximum(line - self.limits[1], 0.0) - np.maximum(self.limits[0] - line, 0.0)
+        return over
+
+    def minimiser(self, y: Floats) -> Floats:
+        """(N, V) about where ``Σ w ℓ² + K Σ violation²`` is smallest, starting from ``y``."""
+        y = np.clip(y, self.low, self.high)
+        for _ in range(NEWTON_STEPS):
+            y = self._newton(y)
+        return y
+
+    def _newton(self, y: Floats) -> Floats:
+        """One Newton step in the variables that are not held at an end."""
+        line = self.line(y)
+        over = self.violation(line)
+        pull = (self.weights * line + self.penalty * over)[:, None]
+        gradient = (pull @ self.slopes)[:, 0]
+        curvature = self.weights + self.penalty * (over != 0.0)
+        hessian = np.swapaxes(self.slopes * curvature[..., None], 1, 2) @ self.slopes
+        held = ((y <= self.low) & (gradient > 0.0)) | ((y >= self.high) & (gradient < 0.0))
+        hessian[held] = 0.0
+        np.swapaxes(hessian, 1, 2)[held] = 0.0
+        diagonal = np.arange(y.shape[1])
+        hessian[:, diagonal, diagonal] += held + 1e-12 * np.max(np.abs(hessian), axis=(1, 2))[:, None] + 1e-12
+        step = np.linalg.solve(hessian, np.where(held, 0.0, gradient)[..., None])[..., 0]
+        return np.clip(y - step, self.low, self.high)
+
+    def dual_value(self, y: Floats) -> Floats:
+        """(N,) lower bound of ``Σ w e²``, by tangents at ``y`` and the penalty's multipliers there."""
+        line = self.line(y)
+        over = self.violation(line)
+        push = self.penalty * over  # half of μ - ν
+        factors = 2.0 * (self.weights * line + push)  # λ
+        limit = np.where(over > 0.0, self.limits[1], np.where(over < 0.0, self.limits[0], 0.0))
+        constant = factors * self.error - self.weights * line**2 - 2.0 * push * limit
+        gradient = (factors[:, None] @ self.slopes)[:, 0]
+        least = np.minimum(gradient * self.low, gradient * self.high)
+        value: Floats = np.sum(constant - np.abs(factors) * self.rest, axis=1) + np.sum(least, axis=1)
+        return value
+
+    def inside(self, y: Floats) -> Floats:
+        """(N, V) a point near the minimiser ``y`` that keeps the limits, if the box has one."""
+        short = 2.0 * np.max(np.abs(self.violation(self.line(y))), axis=1, keepdims=True) + 1e-9
+        margin = np.stack([short, -short])
+        return replace(self, limits=self.limits + margin).minimiser(y)

@@ -11,6 +11,8 @@ import numpy as np
 from models.arrays import Floats, Ints
 from models.closed_form import ClosedForm
 
+ROUNDING = 1e-12
+"""Excess of a cosine over 1 that is rounding."""
 Sign = int | Ints
 """+1 or -1, or an array (N, 1) of them."""
 
@@ -21,7 +23,8 @@ class Branches:
 
     Attributes:
         joints: (6, 8, ..., m) rad, modulo 2π.
-        missing: (8, ..., m) m, how much too far or too near the pose is; 0 where the branch exists.
+        missing: (8, ..., m) m, how much too far or too near the pose is; 0 where the branch exists. For an oblique
+            wrist, what its cone lacks (a cosine) is added.
     """
 
     joints: Floats
@@ -125,13 +128,13 @@ def _spherical(
         seen = _rotated(tool_axis, form.n, -pitch)
         fore_axis = _rotated(_rotated(np.broadcast_to(h4, seen.shape), form.n, pitch), h1, first)
         fore_seen = _transposed(turned, fore_axis)
-        bend = _bend(form, seen @ h4)
+        bend, cone = _bend(form, seen @ h4)
         for f, wrist in enumerate(wrists):
             fifth = form.wrist_zero + wrist * bend
             fourth = _turn(h4, _rotated(h6, h5, fifth), seen)
             sixth = -_turn(h6, _rotated(h4, h5, -fifth), fore_seen)
             joints[:, e, f] = first, form.turns[1] * second, form.turns[2] * third, fourth, fifth, sixth
-            missing[e, f] = plane.missing + short
+            missing[e, f] = plane.missing + short + cone
 
 
 def _three_parallel(
@@ -141,7 +144,7 @@ def _three_parallel(
     form, turned, first = plane.seen.form, plane.seen.turned, plane.first
     h1, h5, h6, n, turns = form.axes[0], form.axes[4], form.axes[5], form.n, form.turns
     n_seen = _transposed(turned, _rotated(n, h1, first))
-    bend = _bend(form, n_seen @ h6)
+    bend, cone = _bend(form, n_seen @ h6)
     hand = form.planar.hand
     for f, wrist in enumerate(wrists):
         fifth = form.wrist_zero + wrist * bend
@@ -155,13 +158,18 @@ def _three_parallel(
             second, third, short = _triangle(form, front, height, -plane.shoulder * elbow)
             fourth = turns[3] * (pitch - second - third)
             joints[:, e, f] = first, turns[1] * second, turns[2] * third, fourth, fifth, sixth
-            missing[e, f] = plane.missing + short
+            missing[e, f] = plane.missing + short + cone
 
 
-def _bend(form: ClosedForm, cosine: Floats) -> Floats:
-    """|q5 - wrist_zero| in [0, π] from the cosine between the two axes that joint 5 turns against each other."""
-    value = np.arccos(np.clip((cosine - form.tilt_cos) / form.tilt_sin, -1.0, 1.0))
-    return np.pi - value if form.flipped_zero else value
+def _bend(form: ClosedForm, cosine: Floats) -> tuple[Floats, Floats]:
+    """|q5 - wrist_zero| in [0, π], and how far an oblique wrist is from being able to turn there (cosine, 0 if it is).
+
+    The cosine is the one between the two axes that joint 5 turns against each other. Axes at right angles, the common
+    case, can take any angle; an oblique wrist only those inside a cone.
+    """
+    ratio = (cosine - form.tilt_cos) / form.tilt_sin
+    value = np.arccos(np.clip(ratio, -1.0, 1.0))
+    return np.pi - value if form.flipped_zero else value, np.maximum(np.abs(ratio) - 1.0 - ROUNDING, 0.0)
 
 
 def _rotated(vectors: Floats, axis: Floats, angle: Floats) -> Floats:

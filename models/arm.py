@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf, pi
 
 import numpy as np
 
 from models.arrays import Floats, set_frozen
+from models.pose import rotation_z, transform
 from models.posture import Posture
 from models.robot import Robot
 
@@ -90,6 +91,7 @@ class Arm:
         weights: (n,) w of the objective; 0 for joints without limits.
         posture: signs the user insists on; None entries are free.
         min_conditioning: smallest allowed σmin/σmax of the Jacobian along the path, or None.
+        mount: (3, 3) base orientation in the world at yaw 0; the yaw turns about the base's own z axis.
     """
 
     name: str
@@ -103,11 +105,13 @@ class Arm:
     weights: Floats
     posture: Posture = Posture()
     min_conditioning: float | None = None
+    mount: Floats = field(default_factory=lambda: np.eye(3))
 
     def __post_init__(self) -> None:
         n = self.robot.dof
         set_frozen(self, "tool", self.tool, (4, 4))
         set_frozen(self, "grasp", self.grasp, (4, 4))
+        set_frozen(self, "mount", self.mount, (3, 3))
         for name in ("lower", "upper", "reference", "weights"):
             set_frozen(self, name, getattr(self, name), (n,))
 
@@ -115,6 +119,15 @@ class Arm:
     def dof(self) -> int:
         """Number of joints."""
         return self.robot.dof
+
+    @property
+    def upright(self) -> bool:
+        """True if the base stands on the floor: its z axis is the world's."""
+        return bool(np.array_equal(self.mount, np.eye(3)))
+
+    def base_in_world(self, position: Floats, yaw: Floats | float) -> Floats:
+        """(..., 4, 4) base frame in the world from base origins (..., 3) [m] and yaws (...) [rad]."""
+        return transform(self.mount @ rotation_z(yaw), position)
 
     def __repr__(self) -> str:
         return f"Arm({self.name!r}, {self.robot.name!r})"

@@ -25,7 +25,7 @@ def reach_windows(cell: Cell, arm: Arm) -> Floats:
     """
     targets = cell.flange_targets(arm)
     form = closed_form(arm.robot)
-    if form is not None and chain_of(arm.robot).vertical_sign:
+    if form is not None and chain_of(arm.robot).vertical_sign and arm.upright:
         centre = targets[:, :3, 3] + targets[:, :3, :3] @ form.wrist_in_flange
         half, lift = _wrist_reach(form)
         centre = centre - np.array([0.0, 0.0, lift])

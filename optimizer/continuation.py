@@ -14,7 +14,7 @@ from models.arm import Arm
 from models.arrays import Bools, Floats
 from models.cell import Cell
 from models.chain import Chain, chain_of
-from models.pose import inverse, rotation_z, transform
+from models.pose import inverse
 from models.screws import forward_and_jacobian, pose_error
 from optimizer.box import spread
 from optimizer.layers import LayeredPath, finish_path
@@ -43,8 +43,8 @@ def continue_paths(cell: Cell, arm: Arm, region: Floats, seed: int, count: int) 
     chain = chain_of(arm.robot)
     flange_in_world = cell.flange_targets(arm)
     middle = len(flange_in_world) // 2
-    start, places = _settle(chain, flange_in_world[middle], _postures(arm, count, seed), places, region)
-    bases = np.array([transform(rotation_z(yaw), place) for *place, yaw in places])
+    start, places = _settle(chain, arm, flange_in_world[middle], _postures(arm, count, seed), places, region)
+    bases = arm.base_in_world(places[:, :3], places[:, 3])
     targets = np.einsum("kab,jbc->jkac", inverse(bases), flange_in_world)  # (m, K, 4, 4)
     start, alive = _reach(chain, arm, targets[middle], start, NEXT_ITERATIONS)
     path = np.empty((len(targets), count, arm.dof))
@@ -60,13 +60,13 @@ def continue_paths(cell: Cell, arm: Arm, region: Floats, seed: int, count: int) 
     ]
 
 
-def _settle(chain: Chain, target: Floats, q: Floats, places: Floats, region: Floats) -> tuple[Floats, Floats]:
+def _settle(chain: Chain, arm: Arm, target: Floats, q: Floats, places: Floats, region: Floats) -> tuple[Floats, Floats]:
     """Bring postures (K, n) to one pose (4, 4) in the world, moving the bases (K, 4) inside the region as well."""
-    yaws = rotation_z(places[:, 3])
+    turned = arm.base_in_world(places[:, :3], places[:, 3])[:, :3, :3]
+    inside = np.swapaxes(turned, 1, 2)
     places = places.copy()
     for _ in range(FIRST_ITERATIONS):
         rotations, positions, jacobians = forward_and_jacobian(chain, q)
-        inside = np.swapaxes(yaws, 1, 2)
         wanted = np.zeros((len(q), 4, 4))
         wanted[:, :3, :3] = inside @ target[:3, :3]
         wanted[:, :3, 3] = np.einsum("kab,kb->ka", inside, target[:3, 3] - places[:, :3])

@@ -16,7 +16,7 @@ from models.arrays import Floats
 from models.cell import Cell
 from models.chain import chain_of
 from models.inverse import branches
-from models.pose import inverse, rotation_z, transform
+from models.pose import inverse
 from optimizer.paths import choose_yaw, lift, unwrap
 
 BEYOND = 100.0
@@ -47,8 +47,7 @@ def layers_at(cell: Cell, arm: Arm, position: Floats, yaw: float, poses: Floats 
     """Branches (K_j, n) of the poses (all, or the given indices) with the base at one place."""
     targets = cell.flange_targets(arm)
     chosen = targets if poses is None else targets[poses.astype(int)]
-    base_in_world = transform(rotation_z(yaw), position)
-    return list(branches(arm.robot, inverse(base_in_world) @ chosen))
+    return list(branches(arm.robot, inverse(arm.base_in_world(position, yaw)) @ chosen))
 
 
 def node_costs(arm: Arm, layer: Floats, skip_first: bool) -> Floats:

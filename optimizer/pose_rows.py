@@ -13,6 +13,7 @@ from functools import lru_cache
 import casadi as ca
 import numpy as np
 
+from models.arrays import Floats
 from models.branches import posture_terms
 from models.closed_form import closed_form
 from models.forward import flange_function
@@ -20,6 +21,9 @@ from models.robot import Robot
 
 BASE = 4
 """Base variables of an arm: x, y, z [m], yaw [rad]."""
+Mount = tuple[float, ...]
+"""Nine numbers: base orientation in the world at yaw 0, row by row."""
+UPRIGHT: Mount = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 TARGET = 12
 """Numbers of a target pose: rotation column by column, then position."""
 
@@ -47,11 +51,11 @@ class PoseRows:
 
 
 @lru_cache(maxsize=128)
-def pose_rows(robot: Robot, keep_shoulder: bool) -> PoseRows:
+def pose_rows(robot: Robot, keep_shoulder: bool, mount: Mount = UPRIGHT) -> PoseRows:
     """Compile the rows of ``robot``; with ``keep_shoulder`` the last row is the front coordinate of its wrist [m]."""
     n = robot.dof
     base, joints, target = ca.SX.sym("base", BASE), ca.SX.sym("joints", n), ca.SX.sym("target", TARGET)
-    rows = _residual(robot, base, joints, target)
+    rows = _residual(robot, base, joints, target, np.array(mount).reshape(3, 3))
     if keep_shoulder:
         form = closed_form(robot)
         if form is None:
@@ -85,11 +89,11 @@ def hessian_pattern(n: int) -> list[tuple[int, int]]:
     return upper + mixed + joints
 
 
-def _residual(robot: Robot, base: ca.SX, joints: ca.SX, target: ca.SX) -> ca.SX:
+def _residual(robot: Robot, base: ca.SX, joints: ca.SX, target: ca.SX, mount: Floats) -> ca.SX:
     """(6,) position error [m] in the world, Gibbs vector of the orientation error."""
     rotation, position = flange_function(robot)(joints)
     cos, sin = ca.cos(base[3]), ca.sin(base[3])
-    yaw = ca.sparsify(ca.blockcat([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]]))
+    yaw = ca.sparsify(ca.DM(mount)) @ ca.sparsify(ca.blockcat([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]]))
     wanted = ca.reshape(target[:9], 3, 3)
     error = (yaw.T @ wanted).T @ ca.sparsify(rotation)
     skew = ca.vertcat(error[2, 1] - error[1, 2], error[0, 2] - error[2, 0], error[1, 0] - error[0, 1])

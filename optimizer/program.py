@@ -125,7 +125,8 @@ def build_program(
         The program.
     """
     poses = len(cell.task)
-    structure = structure_of(tuple(arm.robot for arm in arms), poses, keep_shoulder, steps, cuts is not None)
+    mounts = tuple(tuple(float(x) for x in arm.mount.ravel()) for arm in arms)
+    structure = structure_of(tuple(arm.robot for arm in arms), mounts, poses, keep_shoulder, steps, cuts is not None)
     parts = [_arm_numbers(cell, arm, point, structure) for arm, point in zip(arms, points, strict=True)]
     numbers = [part.parameters for part in parts]
     rows_lower, rows_upper = [], []

@@ -11,7 +11,7 @@ from models.cell import Cell
 from optimizer.box import reach_windows
 from optimizer.layers import LayeredPath
 from optimizer.layout import Reason
-from optimizer.reduced import ReducedProblem, evaluate_signed
+from optimizer.reduced import ReducedProblem, evaluate_signed, seen_from
 from optimizer.screening import Candidate, screen
 
 MOST_POSES = 16
@@ -69,7 +69,7 @@ def explain_reduced(
         return (_excluded(problem.arm),)
     signs = np.array([nearest.signs])
     paths = evaluate_signed(problem, nearest.position[None, :], signs)
-    seen = solve_signed(problem.form, problem.rotations, problem.positions[None] - nearest.position, signs)
+    seen = solve_signed(problem.form, problem.rotations, seen_from(problem, nearest.position[None]), signs)
     reasons = _broken(cell, problem.arm, paths.joints[:, 0, 0].T, seen.missing[0, 0])
     return reasons or (_no_posture(problem.arm),)
 

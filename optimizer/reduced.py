@@ -36,7 +36,7 @@ class ReducedProblem:
         arm: the arm.
         form: its closed form.
         sigma: sense of joint 1 about the world's vertical.
-        rotations: (m, 3, 3) flange orientations in the world. positions: (m, 3) m.
+        rotations: (m, 3, 3) flange orientations in axes of the mount. positions: (m, 3) m, in the world.
         max_step: rad, allowed joint step; infinite where the poses are not consecutive (a sample of a long task).
         postures: (8,) True for branches the request admits.
         penalty: cost per pose of a metre or radian of violation, in scores: what is nearly allowed may be repaired
@@ -119,7 +119,8 @@ def reduced_problem(cell: Cell, arm: Arm) -> ReducedProblem | None:
         return None
     targets = cell.flange_targets(arm)
     postures = np.array([arm.posture.admits(signs) for signs in ALL_SIGNS])
-    return ReducedProblem(arm, form, sigma, targets[:, :3, :3], targets[:, :3, 3], cell.max_joint_step, postures)
+    rotations = arm.mount.T @ targets[:, :3, :3]
+    return ReducedProblem(arm, form, sigma, rotations, targets[:, :3, 3], cell.max_joint_step, postures)
 
 
 def evaluate(problem: ReducedProblem, positions: Floats) -> Paths:
@@ -132,7 +133,7 @@ def evaluate(problem: ReducedProblem, positions: Floats) -> Paths:
     Returns:
         Paths; postures the request excludes have an infinite violation.
     """
-    seen = problem.positions - positions[:, None, :]
+    seen = seen_from(problem, positions)
     paths = _paths(problem, solve_branches(problem.form, problem.rotations, seen))
     paths.jump[~problem.postures] = np.inf
     return paths
@@ -140,8 +141,14 @@ def evaluate(problem: ReducedProblem, positions: Floats) -> Paths:
 
 def evaluate_signed(problem: ReducedProblem, positions: Floats, signs: Ints) -> Paths:
     """As `evaluate` for one given posture per position: ``signs`` (N, 3); arrays have 1 in place of 8."""
-    seen = problem.positions - positions[:, None, :]
+    seen = seen_from(problem, positions)
     return _paths(problem, solve_signed(problem.form, problem.rotations, seen, signs))
+
+
+def seen_from(problem: ReducedProblem, positions: Floats) -> Floats:
+    """(N, m, 3) m: flange positions in the base frames at yaw 0 with origins ``positions`` (N, 3)."""
+    seen: Floats = problem.positions - positions[:, None, :]
+    return seen if problem.arm.upright else seen @ problem.arm.mount
 
 
 SINGULAR = 10.0

@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 from models.robot import Robot
-from optimizer.pose_rows import BASE, TARGET, PoseRows, hessian_pattern, pose_rows
+from optimizer.pose_rows import BASE, TARGET, Mount, PoseRows, hessian_pattern, pose_rows
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -46,9 +46,13 @@ class Structure:
 
 
 @lru_cache(maxsize=32)
-def structure_of(robots: tuple[Robot, ...], poses: int, keep_shoulder: bool, steps: bool, cuts: bool) -> Structure:
-    """Compile the program of some robots for a number of poses (cached)."""
-    parts = [_ArmPart(robot, poses, keep_shoulder, steps, cuts) for robot in robots]
+def structure_of(
+    robots: tuple[Robot, ...], mounts: tuple[Mount, ...], poses: int, keep_shoulder: bool, steps: bool, cuts: bool
+) -> Structure:
+    """Compile the program of some mounted robots for a number of poses (cached)."""
+    parts = [
+        _ArmPart(robot, mount, poses, keep_shoulder, steps, cuts) for robot, mount in zip(robots, mounts, strict=True)
+    ]
     unknowns = ca.MX.sym("unknowns", sum(part.unknowns for part in parts))
     parameters = ca.MX.sym("parameters", sum(part.parameters for part in parts))
     objective_multiplier = ca.MX.sym("objective_multiplier")
@@ -103,9 +107,9 @@ class _ArmPart:
     jacobian: ca.MX
     hessian: ca.MX
 
-    def __init__(self, robot: Robot, poses: int, keep_shoulder: bool, steps: bool, cuts: bool) -> None:
+    def __init__(self, robot: Robot, mount: Mount, poses: int, keep_shoulder: bool, steps: bool, cuts: bool) -> None:
         self.poses, self.n = poses, robot.dof
-        self.compiled: PoseRows = pose_rows(robot, keep_shoulder)
+        self.compiled: PoseRows = pose_rows(robot, keep_shoulder, mount)
         self.with_steps, self.with_cuts = steps, cuts
         self.unknowns = BASE + poses * self.n
         self.parameters = TARGET * poses + 2 * self.n + (poses * self.n if cuts else 0)

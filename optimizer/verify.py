@@ -12,7 +12,7 @@ from models.branches import posture_terms
 from models.cell import Cell
 from models.closed_form import closed_form
 from models.kinematics import characteristic_length, conditioning, flange_poses
-from models.pose import rotation_angle, rotation_z, transform
+from models.pose import rotation_angle
 from optimizer.layout import Verification
 from optimizer.program import ArmPoint
 
@@ -67,7 +67,7 @@ def check(cell: Cell, arm: Arm, point: ArmPoint) -> ArmCheck:
         arm: the arm.
         point: base placement, joints and posture.
     """
-    base_in_world = transform(rotation_z(point.yaw), point.position)
+    base_in_world = arm.base_in_world(point.position, point.yaw)
     reached = base_in_world @ flange_poses(arm.robot, point.joints) @ arm.tool
     wanted = cell.task.poses @ arm.grasp
     turned = np.swapaxes(wanted[:, :3, :3], 1, 2) @ reached[:, :3, :3]

@@ -1,4 +1,4 @@
-"""The penalty methods on the two acceptance cases (written out here: a straight line and an arc of 900 mm radius)."""
+"""The penalty methods on the two acceptance cases."""
 
 from dataclasses import replace
 from functools import cache
@@ -10,49 +10,14 @@ import pytest
 from models.arm import Arm, BaseRegion, Interval, range_weights
 from models.catalogue import robot
 from models.cell import Cell
-from models.pose import rotation_x, rotation_z, transform
 from models.posture import ALL_SIGNS, name_signs
-from models.task import arc_through_center, line
 from optimizer.gradient import PostureFunction, paths_at
 from optimizer.layout import Baseline
 from optimizer.penalty import METHODS, minimise_from, nearest_posture, run_baseline
-from optimizer.penalty_rows import ConstrainedPosture, exterior
 from optimizer.reduced import evaluate, reduced_problem
 from optimizer.settings import Settings
 from optimizer.starts import LEFT, RIGHT, source_start
-
-TURNED = rotation_z(-np.pi / 4)
-MAIN_GRASP = transform([[0, 0, 1], [1, 0, 0], [0, 1, 0]], [-0.06, -0.015, -0.02])
-FOLLOWER_GRASP = transform([[0, 0, -1], [1, 0, 0], [0, -1, 0]], [0.06, 0.015, 0.02])
-UP_LEFT = np.radians([10.0, -22.5, 155.0, 30.0, 10.0, 10.0])
-UP_RIGHT = np.radians([10.0, -157.0, 25.0, 30.0, 10.0, 10.0])
-LOWER_BOUNDS = {"line": (68.13652501060423, 86.28850547298075), "arc": (91.28294588487083, 88.61351624703725)}
-"""Proved by branch and bound: no base in the region scores less, whatever the posture."""
-BEST_KNOWN = {"line": 155.20103566189445, "arc": 180.80046445417898}
-
-
-def _cell(name: str) -> Cell:
-    if name == "line":
-        start, end = [0.7331344418400145, 0.3524090098774652, 0.1], [1.0948655581599856, 0.6975909901225348, 0.1]
-        task = line(transform(TURNED, start), transform(TURNED, end), 10)
-        box, references = (Interval(-0.286, 2.114), Interval(-0.675, 1.725)), (UP_LEFT, UP_LEFT)
-    else:
-        start, end = [0.12057713659400515, 0.65, 0.1], [0.45, 0.32057713659400515, 0.1]
-        last = transform(TURNED @ rotation_x(-np.pi / 2), end)
-        task = arc_through_center(transform(TURNED, start), last, [0.9, 1.1, 0.1], 10)
-        side = 0.9275476178975979
-        box, references = (Interval(-side, 2.4 - side), Interval(0.2 - side, 2.6 - side)), (UP_LEFT, UP_RIGHT)
-    puma = robot("puma560")
-    region = BaseRegion(*box, Interval(0.0, 0.0))
-    weights = range_weights(puma.lower, puma.upper)
-    arms = tuple(
-        Arm(label, puma, np.eye(4), grasp, region, puma.lower, puma.upper, reference, weights)
-        for label, grasp, reference in zip(("main", "follower"), (MAIN_GRASP, FOLLOWER_GRASP), references, strict=True)
-    )
-    return Cell(task, arms, name=name)
-
-
-CELLS = {name: _cell(name) for name in ("line", "arc")}
+from tests.support.thesis import BEST_KNOWN, CELLS, LOWER_BOUNDS, MAIN_GRASP
 
 
 @cache
@@ -228,28 +193,6 @@ def test_a_base_that_may_not_move_is_only_judged():
     run = minimise_from(problem, source_start(cell, nailed, RIGHT), (1, -1, -1), "interior-penalty")
     assert run.feasible
     assert run.objective == pytest.approx(best.objective)
-
-
-def test_gradient_of_every_penalised_function_is_that_of_finite_differences():
-    cell = CELLS["arc"]
-    bounded = replace(cell.arms[0], base=replace(cell.arms[0].base, z=Interval(-0.2, 0.2), yaw=Interval(-2.0, 1.0)))
-    problem = reduced_problem(cell, bounded)
-    best = _baseline("arc", "interior-penalty").arms[0]
-    constrained = ConstrainedPosture(PostureFunction(problem, (1, -1, -1)))
-    path = constrained.function.begin(np.array([*best.position, best.yaw]))
-    penalties = [barrier.penalty(0.3) for barrier in METHODS.values() if barrier is not None]
-    for penalty in (*penalties, exterior(50.0, 0.3)):
-        point = constrained.at(path, penalty)
-        step = 1e-6
-        numeric = [
-            (
-                constrained.step(point.x + step * e, path, penalty).value
-                - constrained.step(point.x - step * e, path, penalty).value
-            )
-            / (2.0 * step)
-            for e in np.eye(4)
-        ]
-        assert point.gradient == pytest.approx(numeric, rel=1e-4, abs=1e-3)
 
 
 def test_same_input_same_answer():

@@ -24,7 +24,7 @@ def test_yaw_is_brought_into_the_interval_wherever_one_of_its_turns_lies_there(l
     result = place.yaw_in_interval(yaw)
     turns = yaw + TURN * np.arange(-40, 41)
     inside = (turns >= place.yaw.low) & (turns <= place.yaw.high)
-    assert place.yaw.low <= result <= place.yaw.high
+    assert place.yaw.low - 1e-12 <= result <= place.yaw.high + 1e-12
     if inside.any():
         assert abs(wrapped(result - yaw)) < 1e-12
 

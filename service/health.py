@@ -50,6 +50,6 @@ class Monitor:
         workers = self._executor.alive()
         fresh = age is not None and age <= MAX_AGE and not self._failure
         return {
-            "workers": {"ok": workers > 0, "alive": workers},
+            "workers": {"ok": workers > 0, "alive": workers, "detail": "" if workers else "No worker lives (yet)."},
             "self_test": {"ok": fresh, "age": age, "detail": self._failure},
         }

@@ -95,3 +95,15 @@ def general_six() -> Robot:
         DhRow(0.0, 0.0, 0.1, -2.9, 2.9),
     ]
     return robot_from_dh("general", rows)
+
+
+def skew_rows(angle: float) -> list[DhRow]:
+    """A spherical-wrist arm whose axes 1 and 2 are not at right angles."""
+    return [
+        DhRow(angle, 0.15, 0.4, -3.0, 3.0),
+        DhRow(0.0, 0.5, 0.12, -3.0, 3.0),
+        DhRow(pi / 2, 0.05, 0.1, -3.0, 3.0),
+        DhRow(-pi / 2, 0.0, 0.55, -3.0, 3.0),
+        DhRow(pi / 2, 0.0, 0.0, -3.0, 3.0),
+        DhRow(0.0, 0.0, 0.1, -3.0, 3.0),
+    ]

@@ -44,13 +44,14 @@ def cost_at(cell: Cell, arm: Arm, position: np.ndarray) -> float:
     """Least objective of the arm with its base at a position, over postures, lifts and yaws; `USELESS` if none."""
     targets = cell.flange_targets(arm).copy()
     targets[:, :3, 3] -= position
+    targets[:, :3] = arm.mount.T @ targets[:, :3]
     layers = []
     for target in targets:
         layer = branches_of(arm.robot, target)
         if not len(layer):
             return USELESS
         layers.append(layer)
-    return min((_path_cost(cell, arm, path) for path in _paths(arm.robot, layers)), default=USELESS)
+    return min((path_cost(cell, arm, path) for path in _paths(arm.robot, layers)), default=USELESS)
 
 
 def _paths(robot: Robot, layers: list[np.ndarray]) -> list[np.ndarray]:
@@ -70,7 +71,7 @@ def _paths(robot: Robot, layers: list[np.ndarray]) -> list[np.ndarray]:
     return [np.array([layer[posture] for layer in labelled]) for posture in kept]
 
 
-def _path_cost(cell: Cell, arm: Arm, path: np.ndarray) -> float:
+def path_cost(cell: Cell, arm: Arm, path: np.ndarray) -> float:
     """Least objective of a path (m, 6) modulo 2π with joint 1 for yaw 0."""
     steps = wrapped(np.diff(path, axis=0))
     if np.max(np.abs(steps), initial=0.0) > cell.max_joint_step:
@@ -111,7 +112,9 @@ def brute_force(cell: Cell, arm: Arm, counts: tuple[int, int, int], known: np.nd
     """
     bounds = arm.base.bounds[:3]
     free = bounds[:, 1] > bounds[:, 0]
-    axes = [np.linspace(*pair, count) if count > 1 else [pair.mean()] for pair, count in zip(bounds, counts, strict=True)]
+    axes = [
+        np.linspace(*pair, count) if count > 1 else [pair.mean()] for pair, count in zip(bounds, counts, strict=True)
+    ]
     points = [np.array(point) for point in product(*axes)]
     if known is not None:
         points.append(known)

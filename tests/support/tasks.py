@@ -57,10 +57,12 @@ def possible(
     if tight is not None:
         lower = np.maximum(arm.lower, joints.min(axis=0) - tight * rng.uniform(0.3, 1.0, arm.dof))
         upper = np.minimum(arm.upper, joints.max(axis=0) + tight * rng.uniform(0.3, 1.0, arm.dof))
-        arm = replace(arm, lower=lower, upper=upper, weights=range_weights(lower, upper), reference=0.5 * (lower + upper))
+        arm = replace(
+            arm, lower=lower, upper=upper, weights=range_weights(lower, upper), reference=0.5 * (lower + upper)
+        )
     position = np.array([*rng.uniform(-1.0, 1.0, 2), rng.uniform(-0.3, 0.3)])
     yaw = float(rng.uniform(-np.pi, np.pi))
-    flange = transform(rotation_z(yaw), position) @ flange_poses(arm.robot, joints)
+    flange = transform(arm.mount @ rotation_z(yaw), position) @ flange_poses(arm.robot, joints)
     object_in_world = flange @ arm.tool @ inverse(arm.grasp)
     # off the middle, so that the witness is no special point of the region
     centre = np.array([*position, yaw]) + rng.uniform(-0.6, 0.6, 4) * half

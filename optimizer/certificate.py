@@ -1,58 +1,191 @@
-"""Proof."""
+"""Proof of global optimality for one uncoupled arm: branch and bound over base positions and postures.
+
+The reduced problem (`optimizer.reduced`) is a search over x, y and perhaps z, once for each posture. Boxes of base
+positions are bounded from below (`optimizer.bounds`), cut in two where the bound is not good enough, and forgotten
+where it is. What remains true at any time: no path of the arm scores less than the smallest bound among the boxes that
+are open and those that were forgotten. If every box turns out to hold no path at all, the task is impossible.
+
+For a cell whose arms are coupled, the sum of these bounds is still a bound.
+"""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
-from optimizer.bounds.box_bounds import BoxBounder
+from models.arrays import Floats, Ints
+from models.kinematics import characteristic_length, conditioning
+from models.posture import ALL_SIGNS
+from optimizer.bounds.box_bounds import BoxBounder, BoxBounds
 from optimizer.bounds.boxes import Boxes
+from optimizer.bounds.obstacles import Tally
+from optimizer.bounds.region import reachable_region
+from optimizer.proof import ArmProof, Incumbent
 from optimizer.reduced import ReducedProblem, evaluate_signed
 from optimizer.settings import CertificateSettings
 
+USABLE = 1e-9
+"""Violation (m and rad) up to which a path counts as usable: the tolerance of limits everywhere."""
+ROUNDING = 1e-9
+"""Relative and absolute slack of the bound that is reported."""
+FIRST_BOXES = 100
+"""Boxes per posture to begin with."""
+SMALLEST_FIRST = 0.05
+"""Side of the boxes to begin with, relative to the reach: no smaller than this."""
+ROWS = 12_000
+"""Poses times boxes bounded at once: few enough to stay in the processor's cache."""
+CANDIDATES = 12
+"""Places tried for a better incumbent per round."""
 
-def proto(problem, incumbent, settings, side=0.15, batch=1000, verbose=False):
-    t0 = time.perf_counter()
-    bounder = BoxBounder.of(problem)
-    region = problem.arm.base.bounds[:3]
-    new = Boxes.grid(region[:, 0], region[:, 1], side, problem.postures)
-    upper = np.inf if incumbent is None else incumbent
-    open_, lower = None, np.zeros(0)
-    done = np.inf
-    boxes = 0
-    while True:
-        cutoff = upper - settings.gap * max(upper, 1e-9) if np.isfinite(upper) else np.inf
-        found = bounder.bounds(new, cutoff)
-        boxes += len(new)
-        order = np.argsort(found.lower)[:8]
-        order = order[found.lower[order] < cutoff]
-        if len(order):
-            paths = evaluate_signed(problem, found.promising[order], new.signs[order])
-            good = paths.violation[0] <= 1e-9
-            if good.any():
-                upper = min(upper, paths.objective[0][good].min())
-                cutoff = upper - settings.gap * max(upper, 1e-9)
-        if open_ is None:
-            open_, lower = new, found.lower
-        else:
-            open_, lower = Boxes.joined([open_, new]), np.concatenate([lower, np.maximum(found.lower, inherited)])
-        keep = lower < cutoff
-        if (~keep).any():
-            done = min(done, lower[~keep].min())
-        open_, lower = open_[keep], lower[keep]
-        if verbose:
-            print(len(new), len(open_), upper, lower.min() if len(lower) else done, round(time.perf_counter() - t0, 3))
-        if not len(open_) or time.perf_counter() - t0 > settings.time_limit:
-            break
-        n = min(batch, len(open_))
-        pick = np.argpartition(lower, n - 1)[:n]
-        mask = np.ones(len(open_), dtype=bool)
-        mask[pick] = False
-        new = open_[pick].halved()
-        inherited = np.tile(lower[pick], 2)
-        open_, lower = open_[mask], lower[mask]
-    low = min(done, lower.min() if len(lower) else np.inf, upper)
-    return low, upper, boxes, time.perf_counter() - t0
+Progress = Callable[[float, float | None, int], None]
+"""Called after every round with the lower bound, the best objective known (or None) and the boxes bounded so far."""
+
+
+def certify(
+    problem: ReducedProblem,
+    incumbent: float | None,
+    settings: CertificateSettings,
+    stop: Callable[[], bool] | None = None,
+    progress: Progress | None = None,
+) -> ArmProof:
+    """Bound one arm's objective from below over its whole base region, all admitted postures, yaws and lifts.
+
+    Args:
+        problem: the arm's reduced problem on the full task.
+        incumbent: objective of a usable path, if one is known.
+        settings: relative gap to reach, and time limit.
+        stop: asked after every round; True ends the proof early.
+        progress: told after every round.
+
+    Returns:
+        The proof as far as it got. A limit on the conditioning is not part of the bound, which stays valid with it.
+    """
+    search = _Search(problem, incumbent, settings)
+    while search.open and time.perf_counter() < search.deadline and not (stop and stop()):
+        search.round()
+        if progress:
+            progress(search.lower_bound, search.objective, search.boxes)
+    return search.proof()
+
+
+class _Search:
+    """The state of the branch and bound."""
+
+    def __init__(self, problem: ReducedProblem, incumbent: float | None, settings: CertificateSettings) -> None:
+        self.started = time.perf_counter()
+        self.deadline = self.started + settings.time_limit
+        self.problem, self.settings, self.given = problem, settings, incumbent
+        self.found: Incumbent | None = None
+        self.boxes = 0
+        self.forgotten = np.inf  # smallest bound of the boxes that are good enough
+        self.bounder = BoxBounder.of(problem)
+        targets = self.bounder.kinematics.targets
+        region = reachable_region(targets, problem.arm.base.bounds[:3])
+        self.tally = Tally(problem, region)
+        extents = np.maximum(region.high - region.low, 0.0)
+        sizes = extents[extents > 0.0]
+        side = max((np.prod(sizes) / FIRST_BOXES) ** (1.0 / max(len(sizes), 1)), SMALLEST_FIRST * region.reach)
+        self.fresh = Boxes.grid(region.low, region.high, side, problem.postures & (not region.empty))
+        self.kept, self.bounds = self.fresh[:0], np.zeros(0)
+        self.inherited = np.zeros(len(self.fresh))
+
+    @property
+    def open(self) -> bool:
+        """True while some box may hold something better than what is known."""
+        return len(self.fresh) + len(self.kept) > 0
+
+    @property
+    def objective(self) -> float | None:
+        """The best objective known."""
+        known = [value for value in (self.given, self.found and self.found.objective) if value is not None]
+        return min(known) if known else None
+
+    @property
+    def cutoff(self) -> float:
+        """Boxes whose bound reaches this are good enough."""
+        best = self.objective
+        return np.inf if best is None else best - self.settings.gap * max(best, 1e-9)
+
+    @property
+    def lower_bound(self) -> float:
+        """No path scores less; inf if there is none."""
+        lowest = min(self.forgotten, np.min(self.bounds, initial=np.inf), np.min(self.inherited, initial=np.inf))
+        return lowest if np.isinf(lowest) else max(lowest - ROUNDING * (1.0 + lowest), 0.0)
+
+    def round(self) -> None:
+        """Bound some fresh boxes, look for a better incumbent among them, and choose whom to cut next."""
+        most = max(ROWS // len(self.problem.positions), 1)
+        now, later = self.fresh[:most], self.fresh[most:]
+        found = self.bounder.bounds(now, self.cutoff)
+        bounds = np.maximum(found.lower, self.inherited[:most])
+        self.boxes += len(now)
+        self.tally.add(now, found)
+        self._improve(now, found)
+        self.kept, self.bounds = Boxes.joined([self.kept, now]), np.concatenate([self.bounds, bounds])
+        self.fresh, self.inherited = later, self.inherited[most:]
+        good = self.bounds >= self.cutoff
+        self.forgotten = min(self.forgotten, np.min(self.bounds[good], initial=np.inf))
+        self.kept, self.bounds = self.kept[~good], self.bounds[~good]
+        if not len(self.fresh) and len(self.kept):
+            self._branch(most)
+
+    def _branch(self, most: int) -> None:
+        """Cut the boxes with the smallest bounds: in two, or in more while there are few."""
+        count = min(most, len(self.kept))
+        chosen = np.zeros(len(self.kept), dtype=bool)
+        chosen[np.argpartition(self.bounds, count - 1)[:count]] = True
+        self.fresh, self.inherited = self.kept[chosen].halved(), np.tile(self.bounds[chosen], 2)
+        if len(self.fresh) <= most // 8:
+            self.fresh, self.inherited = self.fresh.halved(), np.tile(self.inherited, 2)
+        self.kept, self.bounds = self.kept[~chosen], self.bounds[~chosen]
+
+    def _improve(self, boxes: Boxes, found: BoxBounds) -> None:
+        """Evaluate the most promising places exactly."""
+        hopeful = found.lower < self.cutoff
+        order = np.argsort(np.where(hopeful, found.expected, np.inf))[:CANDIDATES]
+        order = order[hopeful[order]]
+        if not len(order):
+            return
+        paths = evaluate_signed(self.problem, found.promising[order], boxes.signs[order])
+        objective = np.where(paths.violation[0] <= USABLE, paths.objective[0], np.inf)
+        best = self.objective
+        for k in np.argsort(objective):
+            if np.isinf(objective[k]) or (best is not None and objective[k] >= best):
+                return
+            if self._well_conditioned(paths.joints[:, 0, k]):
+                row = order[k]
+                signs = ALL_SIGNS[boxes.posture[row]]
+                self.found = Incumbent(found.promising[row], signs, float(paths.yaw[0, k]), float(objective[k]))
+                return
+
+    def _well_conditioned(self, joints: Floats) -> bool:
+        """True if the path (6, m) keeps the limit on conditioning, where there is one."""
+        arm = self.problem.arm
+        if arm.min_conditioning is None:
+            return True
+        length = characteristic_length(arm.robot)
+        return bool(np.min(conditioning(arm.robot, arm.tool, joints.T, length)) >= arm.min_conditioning)
+
+    def proof(self) -> ArmProof:
+        """What has been shown."""
+        lowest, best = self.lower_bound, self.objective
+        infeasible = np.isinf(lowest) and best is None
+        note = ""
+        if np.isinf(lowest) and best is not None:
+            lowest, note = best, "every box was ruled out although a solution is known: it holds only within tolerances"
+        bound = None if infeasible else min(lowest, np.inf if best is None else best)
+        gap = None if bound is None or best is None else (best - bound) / max(best, 1e-9)
+        return ArmProof(
+            lower_bound=bound,
+            objective=best,
+            gap=gap,
+            proved=not note and (infeasible or (gap is not None and gap <= self.settings.gap)),
+            infeasible=infeasible,
+            boxes=self.boxes,
+            wall_time=time.perf_counter() - self.started,
+            obstacles=self.tally.obstacles(),
+            found=self.found,
+            note=note,
+        )

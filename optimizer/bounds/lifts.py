@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from models.arm import TURN
-from models.arrays import Bools, Floats
+from models.arrays import Bools, Floats, Ints
 from optimizer.bounds.ball import Ball
 
 MOST_LIFTS = 6
@@ -30,10 +30,12 @@ class Lifted:
     Attributes:
         cost: (N,) lower bound of ``Σ_j (q_j - q*)²``, inf where no path exists.
         outside: (N, m) True where no lift brings the pose inside the limits.
+        apart: (N, m) True at the first pose that no chain reaches from the poses before, and at the pose before it.
     """
 
     cost: Floats
     outside: Bools
+    apart: Bools
 
 
 def cheapest_lifts(values: Ball, lower: float, upper: float, reference: float, max_step: float) -> Lifted:
@@ -49,7 +51,8 @@ def cheapest_lifts(values: Ball, lower: float, upper: float, reference: float, m
     count = (upper - lower) / TURN + 2.0
     if not count < MOST_LIFTS + 1:
         off = np.abs(centre - reference - TURN * np.round((centre - reference) / TURN))
-        return Lifted(np.sum(np.maximum(off - radius, 0.0) ** 2, axis=-1), np.zeros(centre.shape, dtype=bool))
+        nowhere = np.zeros(centre.shape, dtype=bool)
+        return Lifted(np.sum(np.maximum(off - radius, 0.0) ** 2, axis=-1), nowhere, nowhere)
     open_end = radius >= np.pi
     centre = np.where(open_end, 0.5 * (lower + upper), centre)
     radius = np.where(open_end, 0.5 * (upper - lower), radius)
@@ -61,14 +64,25 @@ def cheapest_lifts(values: Ball, lower: float, upper: float, reference: float, m
     possible = (low <= high) & ~(open_end & (lifts > 0))
     cost[~possible] = np.inf
     link = max_step + np.where(open_end, np.inf, radius)
-    return Lifted(_cheapest_chain(cost, lifted, link, radius), ~np.any(possible, axis=0))
+    outside = ~np.any(possible, axis=0)
+    # Neighbours may be as far apart as the step and both radii; an end that may be anything is never too far.
+    reach = max_step + np.where(open_end[:, 1:] | open_end[:, :-1], np.inf, radius[:, 1:] + radius[:, :-1])
+    cheapest, stuck = _cheapest_chain(cost, lifted, reach)
+    poses = np.arange(centre.shape[1])
+    apart = (stuck[:, None] < len(poses)) & ((poses == stuck[:, None]) | (poses == stuck[:, None] - 1))
+    return Lifted(cheapest, outside, apart)
 
 
-def _cheapest_chain(cost: Floats, lifted: Floats, link: Floats, radius: Floats) -> Floats:
-    """Cheapest sum over the poses of cost (L, N, m), neighbours no further apart than ``link`` + ``radius``."""
+def _cheapest_chain(cost: Floats, lifted: Floats, reach: Floats) -> tuple[Floats, Ints]:
+    """Cheapest sum over the poses of cost (L, N, m), neighbours no further apart than ``reach`` (N, m-1).
+
+    Returns:
+        The sums (N,), and the first pose that no chain reaches, m where there is none.
+    """
     best = cost[..., 0]
-    reach = link[:, :-1] + np.where(np.isinf(link[:, 1:]), np.inf, radius[:, 1:])
+    stuck = np.where(np.all(np.isinf(best), axis=0), 0, cost.shape[-1])
     for j in range(1, cost.shape[-1]):
         apart = np.abs(lifted[:, None, :, j - 1] - lifted[None, :, :, j])  # (from, to, N)
         best = np.min(np.where(apart <= reach[:, j - 1], best[:, None], np.inf), axis=0) + cost[..., j]
-    return np.min(best, axis=0)
+        stuck = np.where(np.all(np.isinf(best), axis=0), np.minimum(stuck, j), stuck)
+    return np.min(best, axis=0), stuck

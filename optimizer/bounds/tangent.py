@@ -8,82 +8,118 @@ near a singular posture, whose expansion says nothing, enter with the cost their
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from models.arm import TURN, Arm
-from models.arrays import Bools, Floats
+from models.arm import TURN
+from models.arrays import Bools, Floats, Ints
 from optimizer.bounds.ball import Ball
 from optimizer.bounds.expansion import Enclosed, Expansion
-from optimizer.bounds.joints import SLACK
 from optimizer.bounds.linear import Linear
+from optimizer.bounds.rules import Rules
 from optimizer.bounds.yaw import Shifts, unwrapped
 
+_TURNS = Shifts(start=0.0, width=0.0, free=False)
+"""All that can shift joints 2 to 6: multiples of 2π."""
 
-def tangent_bounds(
-    arm: Arm, max_step: float, shifts: Shifts, found: Enclosed, expansion: Expansion, costs: Floats
-) -> tuple[Floats, Floats]:
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Tangent:
+    """What the linearised problem says of N boxes.
+
+    Attributes:
+        lower: (N,) lower bound of E.
+        step: (N, K) m, from the centre to where the cost is probably smallest. expected: (N,) about the cost there.
+    """
+
+    lower: Floats
+    step: Floats
+    expected: Floats
+
+
+def tangent_bounds(rules: Rules, found: Enclosed, expansion: Expansion, costs: Floats) -> Tangent:
     """Lower bounds of E.
 
     Args:
-        arm: weights, reference and limits.
-        max_step: rad.
-        shifts: what yaw allows joint 1.
+        rules: limits and objective.
         found: enclosed joint values. expansion: their second-order expansion.
         costs: (6, N) weighted first-order bounds, for the joints that cannot be linearised.
-
-    Returns:
-        (N,) bounds, and (N, K) where in the box, relative to its centre, the cost is probably smallest.
     """
-    linear, start, constant = _linearised(arm, max_step, shifts, found, expansion, costs)
+    linear, start, constant = _linearised(rules, found, expansion, costs)
     y = linear.minimiser(start)
-    return np.maximum(linear.dual_value(y), 0.0) + constant, linear.inside(y)[:, :-1]
+    inside = linear.inside(y)
+    expected = np.sum(linear.weights * linear.line(inside) ** 2, axis=1) + constant
+    return Tangent(np.maximum(linear.dual_value(y), 0.0) + constant, inside[:, :-1], expected)
 
 
 def _linearised(
-    arm: Arm, max_step: float, shifts: Shifts, found: Enclosed, expansion: Expansion, costs: Floats
+    rules: Rules, found: Enclosed, expansion: Expansion, costs: Floats
 ) -> tuple[Linear, Floats, Floats]:
     """The linear problem, (N, V) where to start from, and (N,) the cost of what is not in it."""
-    values, linked = unwrapped(found.values, max_step)
+    values, linked = unwrapped(found.values, rules.max_step)
     exact = found.exact + (values.centre - found.values.centre)
     turns = [
-        _choose(values[i], arm.lower[i], arm.upper[i], arm.reference[i], shifts if i == 0 else Shifts(0.0, 0.0, False))
+        _choose(values[i], rules.lower[i], rules.upper[i], rules.reference[i], rules.shifts if i == 0 else _TURNS)
         for i in range(6)
     ]
     _, dims, n, m = expansion.slopes.shape
     shift = np.stack([np.zeros(n), *(turn.best for turn in turns[1:])])  # that of joint 1 is a variable
-    offset = (shift - arm.reference[:, None])[..., None]
+    offset = (shift - rules.reference[:, None])[..., None]
     alone = np.stack([turn.alone for turn in turns])
     limits = np.stack(
-        [np.where(alone, (end - arm.reference)[:, None], open_end)[..., None]
-        for end, open_end in ((arm.lower - SLACK, -np.inf), (arm.upper + SLACK, np.inf))]
+        [np.where(alone, (end - rules.reference)[:, None], open_end)[..., None]
+        for end, open_end in ((rules.lower, -np.inf), (rules.upper, np.inf))]
     )
     used = np.all(linked, axis=-1) & np.stack([turn.certain for turn in turns])
     fine = used[..., None] & found.regular & (expansion.rest < values.radius)
-    unavoidable = _distance(values + offset, limits) ** 2 * arm.weights[:, None, None]
+    unavoidable = _distance(values + offset, limits) ** 2 * rules.weights[:, None, None]
     unavoidable[0] = 0.0
     constant = np.sum(np.where(used, np.sum(np.where(fine, 0.0, unavoidable), axis=-1), costs), axis=0)
 
-    def rows(array: Floats) -> Floats:
-        """(..., 6, N, m) as (..., N, 6 m)."""
-        moved = np.moveaxis(array, -3, -2)
-        return moved.reshape(*moved.shape[:-2], 6 * m)
-
-    slopes = np.empty((n, 6, m, dims + 1))
-    slopes[..., :dims] = expansion.slopes.transpose(2, 0, 3, 1)
-    slopes[..., dims] = 0.0
-    slopes[:, 0, :, dims] = 1.0
+    slopes = np.zeros((6, n, m, dims + 1))
+    slopes[..., :dims] = np.moveaxis(expansion.slopes, 1, -1)
+    slopes[0, ..., dims] = 1.0
+    limits = np.where(fine, limits, np.array([-np.inf, np.inf])[:, None, None, None])
+    error, rest, weights = exact + offset, expansion.rest, rules.weights[:, None, None] * fine
+    if m > 1 and np.any(np.abs(np.diff(exact, axis=-1)) + values.radius[..., 1:] + values.radius[..., :-1] > rules.max_step):
+        pair = _largest_step(exact)
+        error = np.concatenate([error, _picked(error, pair + 1) - _picked(error, pair)], axis=-1)
+        rise = [np.take_along_axis(slopes, (pair + k)[..., None], axis=2) for k in (0, 1)]
+        slopes = np.concatenate([slopes, rise[1] - rise[0]], axis=2)
+        rest = np.concatenate([rest, _picked(rest, pair) + _picked(rest, pair + 1)], axis=-1)
+        weights = np.concatenate([weights, np.zeros((6, n, 1))], axis=-1)
+        known = _picked(fine, pair) & _picked(fine, pair + 1)
+        steps = np.where(known, rules.max_step, np.inf)
+        limits = np.concatenate([limits, np.stack([-steps, steps])], axis=-1)
     half = found.boxes.half[:, :dims]
     linear = Linear(
-        error=rows(exact + offset),
-        slopes=slopes.reshape(n, 6 * m, dims + 1),
-        rest=rows(expansion.rest),
-        weights=rows(arm.weights[:, None, None] * fine),
-        limits=rows(np.where(fine, limits, np.array([-np.inf, np.inf])[:, None, None, None])),
+        error=_rows(error),
+        slopes=slopes.swapaxes(0, 1).reshape(n, -1, dims + 1),
+        rest=_rows(rest),
+        weights=_rows(weights),
+        limits=_rows(limits),
         low=np.column_stack([-half, turns[0].low]),
         high=np.column_stack([half, turns[0].high]),
     )
     return linear, np.column_stack([np.zeros((n, dims)), turns[0].best]), constant
+
+
+def _rows(array: Floats) -> Floats:
+    """(..., 6, N, k) as (..., N, 6 k)."""
+    moved = np.moveaxis(array, -3, -2)
+    return moved.reshape(*moved.shape[:-2], -1)
+
+
+def _largest_step(path: Floats) -> Ints:
+    """(6, N, 1) the pose before each joint's largest step."""
+    pose: Ints = np.argmax(np.abs(np.diff(path, axis=-1)), axis=-1, keepdims=True)
+    return pose
+
+
+def _picked(array: Any, pose: Ints) -> Any:
+    """The entries of (6, N, m) at ``pose`` (6, N, 1)."""
+    return np.take_along_axis(array, pose, axis=-1)
 
 
 def _distance(values: Ball, limits: Floats) -> Floats:
@@ -115,15 +151,15 @@ def _choose(values: Ball, lower: float, upper: float, reference: float, shifts: 
 
     Shifted by s, the path costs ``m (s - s*)²`` plus what does not depend on s, with s* = q* - mean of q.
     """
-    least = lower - SLACK - np.min(values.high, axis=-1)
-    most = upper + SLACK - np.max(values.low, axis=-1)
+    least = lower - np.min(values.high, axis=-1)
+    most = upper - np.max(values.low, axis=-1)
     wanted = reference - np.mean(values.centre, axis=-1)
     doubt = np.mean(values.radius, axis=-1)
     if shifts.free:
-        limited = np.isfinite(least), np.isfinite(most)
-        low, high = np.where(limited[0], least, wanted - doubt), np.where(limited[1], most, wanted + doubt)
-        # With one limit only, the best shift may lie beyond both s* and what the box's enclosure tells of the limit.
-        return _Turn(low, high, np.clip(wanted, low, high), limited[0] == limited[1], np.ones_like(limited[0]))
+        low = np.where(np.isfinite(least), least, wanted - doubt)
+        high = np.where(np.isfinite(most), most, wanted + doubt)
+        always = np.ones(wanted.shape, dtype=bool)
+        return _Turn(low, high, np.clip(wanted, low, high), always, always)
     best, _ = shifts.nearest(wanted, least, most)
     half = 0.5 * shifts.width
     middle = shifts.start + half

@@ -56,10 +56,32 @@ class Shifts:
         return np.where(down <= up, before, after), np.minimum(down, up)
 
 
+def torn(values: Ball, max_step: float) -> Bools:
+    """(N, m) True at poses that no lift brings within the largest step of the pose before."""
+    steps = np.diff(values.centre, axis=-1)
+    steps = np.abs(steps - TURN * np.round(steps / TURN))
+    apart = np.zeros(values.centre.shape, dtype=bool)
+    apart[:, 1:] = steps - values.radius[:, 1:] - values.radius[:, :-1] > max_step
+    return apart
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ShiftCost:
+    """Bounds for joint 1 over N boxes.
+
+    Attributes:
+        cost: (N,) lower bound of ``Σ_j (q1_j - q*)²`` over the allowed shifts; inf where none is allowed.
+        outside: (N, m) True where no allowed shift brings the pose inside the limits.
+    """
+
+    cost: Floats
+    outside: Bools
+
+
 def shift_cost(
     values: Ball, linked: Bools, lower: float, upper: float, reference: float, shifts: Shifts
-) -> Floats:
-    """(N,) lower bound of ``Σ_j (q1_j - q*)²`` over the allowed shifts; inf where none is allowed.
+) -> ShiftCost:
+    """Bound the cost of joint 1.
 
     Args:
         values: (N, m) rad, continued along the path. linked: (N, m-1) from `unwrapped`.
@@ -77,10 +99,10 @@ def shift_cost(
     about = np.bincount(stretch, (centre.ravel() - means[stretch]) ** 2)
     radii = np.sqrt(np.bincount(stretch, values.radius.ravel() ** 2))
     first = np.flatnonzero(starts.ravel())
-    low = np.maximum.reduceat((lower - values.high).ravel(), first)
-    high = np.minimum.reduceat((upper - values.low).ravel(), first)
+    least, most = lower - values.high, upper - values.low
+    low, high = np.maximum.reduceat(least.ravel(), first), np.minimum.reduceat(most.ravel(), first)
     middle = np.bincount(stretch, values.centre.ravel()) / lengths
     _, away = shifts.nearest(reference - middle, low, high)
     cost = np.maximum(np.sqrt(about + lengths * away**2) - radii, 0.0) ** 2
     total: Floats = np.bincount(first // m, cost, minlength=n)
-    return total
+    return ShiftCost(total, np.isinf(shifts.nearest(np.zeros_like(least), least, most)[1]))

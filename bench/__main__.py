@@ -6,7 +6,7 @@ import argparse
 import json
 import sys
 import warnings
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from time import perf_counter
 
@@ -27,6 +27,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
     parser.add_argument("parts", nargs="*", choices=[*PARTS, []], help="default: all of them")
     parser.add_argument("--quick", action="store_true", help="few tasks and runs: about two minutes instead of fifteen")
+    parser.add_argument("--scale", type=float, default=1.0, metavar="F", help="multiply the time the searches get by F")
     parser.add_argument("--docs", action="store_true", help=f"write {PAGE} too")
     options = parser.parse_args()
     parts = options.parts or list(PARTS)
@@ -38,13 +39,13 @@ def main() -> int:
         (OUTPUT / "timings.json").write_text(json.dumps([asdict(timing) for timing in timings], indent=1))
         sections.append(report.promised(plain.table(timings)))
     if "peers" in parts:
-        sections.append(report.comparison(_compare(options.quick), PICTURE))
+        sections.append(report.comparison(_compare(options.quick, options.scale), PICTURE))
     if "thesis" in parts:
         table = thesis_table(2.0 if options.quick else 10.0)
         _say(table)
         sections.append(report.thesis(table))
-    command = " ".join(["python -m bench", *options.parts, *(["--quick"] if options.quick else []), "--docs"])
-    text = report.page(sections, command)
+    arguments = " ".join([*(argument for argument in sys.argv[1:] if argument != "--docs"), "--docs"])
+    text = report.page(sections, f'make bench ARGS="{arguments}"')
     (OUTPUT / PAGE.name).write_text(text)
     if options.docs:
         PAGE.write_text(text)
@@ -53,11 +54,11 @@ def main() -> int:
     return 0
 
 
-def _compare(quick: bool) -> list[TaskResult]:
+def _compare(quick: bool, scale: float) -> list[TaskResult]:
     """Run the comparison and store it after every task."""
     began = perf_counter()
     results: list[TaskResult] = []
-    tasks = quick_tasks() if quick else all_tasks()
+    tasks = [replace(task, budget=scale * task.budget) for task in (quick_tasks() if quick else all_tasks())]
     for number, task in enumerate(tasks, start=1):
         results.append(run_task(task, 1.0 if quick else 10.0, lambda what, t=task.name: _progress(t, what)))
         _progress("", "")

@@ -23,7 +23,7 @@ STOP = 1e-4
 REPEATS = 3
 """Runs of ours, of which the median time counts."""
 
-SOURCE_LIMIT = 30.0
+SOURCE_LIMIT = 20.0
 """s, for one method from all of the source's starts: it has no choice of starts, so it may finish."""
 
 OURS, PROVED = "duocell", "duocell with certificate"

@@ -47,16 +47,16 @@ class BenchTask:
 def all_tasks() -> list[BenchTask]:
     """Every task of the full run, in the order of the tables."""
     shaped = [
-        BenchTask("line", "thesis-shaped", thesis_line(10), 10.0),
-        BenchTask("arc", "thesis-shaped", thesis_arc(), 10.0),
+        BenchTask("line", "thesis-shaped", thesis_line(10), 6.0),
+        BenchTask("arc", "thesis-shaped", thesis_arc(), 6.0),
     ]
     others = [
         BenchTask("ur10e-beam", "UR10e pair", ur_beam(), 3.0),
         BenchTask("ur10e-turn", "UR10e pair", ur_turn(), 3.0),
-        BenchTask("line-100", "100 poses", thesis_line(100), 5.0),
-        BenchTask("line-1000", "1,000 poses", thesis_line(1000), 8.0),
-        BenchTask("line-z", "z free", free_height(thesis_line(10)), 4.0),
-        BenchTask("arc-z", "z free", free_height(thesis_arc()), 4.0),
+        BenchTask("line-100", "100 poses", thesis_line(100), 4.0),
+        BenchTask("line-1000", "1,000 poses", thesis_line(1000), 6.0),
+        BenchTask("line-z", "z free", free_height(thesis_line(10)), 3.0),
+        BenchTask("arc-z", "z free", free_height(thesis_arc()), 3.0),
     ]
     chance = [BenchTask(f"random-{seed:02d}", "random", random_cell(seed), 1.5) for seed in range(RANDOM_TASKS)]
     return shaped + chance + others

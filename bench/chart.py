@@ -22,7 +22,7 @@ OURS_COLOUR = "black"
 
 def draw(result: TaskResult, path: Path) -> None:
     """Write the chart of one task as PNG."""
-    figure, axes = plt.subplots(1, 2, figsize=(11.0, 4.8), sharex=True, sharey=True, layout="constrained")
+    figure, axes = plt.subplots(1, 2, figsize=(11.0, 5.6), sharex=True, sharey=True, layout="constrained")
     for axis, form in zip(axes, FORMS, strict=True):
         _panel(axis, result, form)
     axes[0].set_ylabel("(E - best known) / best known")
@@ -49,5 +49,5 @@ def _panel(axis: Axes, result: TaskResult, form: str) -> None:
             axis.step([*times, max(record.seconds, times[-1])], [*gaps, gaps[-1]], where="post", label=record.method)
     axis.axhline(1e-3, color="grey", lw=0.8, ls=":")
     axis.set(xscale="log", yscale="log", title=TITLES[form], xlabel="CPU seconds")
-    axis.legend(fontsize=7)
+    axis.legend(fontsize=7, ncols=2, loc="upper center", bbox_to_anchor=(0.5, -0.14))  # off the points
     axis.grid(alpha=0.3)

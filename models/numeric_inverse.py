@@ -9,12 +9,12 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from scipy.stats import qmc
 
 from models.arm import TURN
 from models.arrays import Floats
 from models.chain import chain_of
 from models.robot import Robot
+from models.sampling import even_points
 from models.screws import forward_and_jacobian, pose_error
 
 SEEDS = 128
@@ -48,7 +48,7 @@ def numeric_branches(robot: Robot, target: Floats) -> Floats:
 
 @lru_cache(maxsize=4)
 def _seeds(n: int) -> Floats:
-    return TURN * (qmc.Sobol(n, scramble=True, rng=1).random(SEEDS) - 0.5)
+    return TURN * (even_points(n, SEEDS, 1) - 0.5)
 
 
 def _unique(q: Floats) -> Floats:

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
-from scipy.stats import qmc
 
 from models.arm import Arm
 from models.arrays import Floats
@@ -13,6 +10,7 @@ from models.cell import Cell
 from models.chain import chain_of
 from models.closed_form import ClosedForm, closed_form
 from models.kinematics import reach
+from models.sampling import even_points
 
 SLACK = 1e-6
 """m, so that rounding never cuts off a base that just reaches."""
@@ -56,23 +54,12 @@ def search_box(cell: Cell, arm: Arm) -> Floats:
 
 
 def spread(box: Floats, count: int, seed: int) -> Floats:
-    """(k, d) points spread evenly over a box (d, 2), fixed coordinates kept: Sobol's sequence, scrambled by ``seed``.
-
-    ``count`` should be a power of two; a box of a single point gives that point.
-    """
+    """(k, d) points spread evenly over a box (d, 2), fixed coordinates kept; a box of one point gives that point."""
     width = box[:, 1] - box[:, 0]
     free = width > 0.0
     dimension = int(np.sum(free))
     if dimension == 0:
         return box[:, 0][None, :].copy()
     points = np.tile(box[:, 0], (count, 1))
-    points[:, free] += _unit_points(dimension, count, seed) * width[free]
-    return points
-
-
-@lru_cache(maxsize=64)
-def _unit_points(dimension: int, count: int, seed: int) -> Floats:
-    """(count, dimension) in [0, 1)."""
-    points: Floats = qmc.Sobol(dimension, scramble=True, rng=seed).random(count)
-    points.setflags(write=False)
+    points[:, free] += even_points(dimension, count, seed) * width[free]
     return points

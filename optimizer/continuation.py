@@ -8,13 +8,13 @@ drawn towards the reference on the way. All seeds move together, so a hundred pa
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import qmc
 
 from models.arm import Arm
 from models.arrays import Bools, Floats
 from models.cell import Cell
 from models.chain import Chain, chain_of
 from models.pose import inverse
+from models.sampling import even_points
 from models.screws import forward_and_jacobian, pose_error
 from optimizer.box import spread
 from optimizer.layers import LayeredPath, finish_path
@@ -35,7 +35,7 @@ def continue_paths(cell: Cell, arm: Arm, region: Floats, seed: int, count: int) 
         arm: the arm.
         region: (4, 2) bounds of x, y, z [m] and yaw [rad] to draw bases from.
         seed: of the draws.
-        count: a power of two.
+        count: how many.
     """
     places = spread(region, count, seed)
     if len(places) < count:
@@ -87,7 +87,7 @@ def _postures(arm: Arm, count: int, seed: int) -> Floats:
     """(K, n) postures spread over the limits; joints without end over one turn."""
     low = np.where(np.isfinite(arm.lower), arm.lower, -np.pi)
     high = np.where(np.isfinite(arm.upper), arm.upper, np.pi)
-    draws: Floats = low + (high - low) * qmc.Sobol(arm.dof, scramble=True, rng=seed + 1).random(count)
+    draws: Floats = low + (high - low) * even_points(arm.dof, count, seed + 1)
     return draws
 
 

@@ -7,9 +7,10 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from models.cell import Cell
-from optimizer.layout import Layout, Outcome, Placement, Reason, Search
+from optimizer.layout import Certificate, Layout, Outcome, Placement, Reason, Search
 from optimizer.measure import place
 from optimizer.penalty import run_baseline
+from optimizer.prove import prove
 from optimizer.search import ArmSearch, search_arm
 from optimizer.settings import Settings
 from optimizer.verify import check, summarise
@@ -39,8 +40,9 @@ def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | 
     for index, arm in enumerate(cell.arms):
         report(f"searching {arm.name}", index / len(cell.arms))
         searches.append(search_arm(cell, arm, settings, deadline))
+    certificate = None if settings.certificate is None else prove(cell, searches, settings.certificate, report)
     report("verifying", 1.0)
-    layout = _layout(cell, searches, started)
+    layout = _layout(cell, searches, certificate, started)
     baselines = []
     for method in settings.baselines:
         report(f"baseline {method}", 1.0)
@@ -48,7 +50,7 @@ def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | 
     return replace(layout, baselines=tuple(baselines))
 
 
-def _layout(cell: Cell, searches: list[ArmSearch], started: float) -> Layout:
+def _layout(cell: Cell, searches: list[ArmSearch], certificate: Certificate | None, started: float) -> Layout:
     """Collect the arms' results."""
     placements: list[Placement] = []
     checks = []
@@ -66,7 +68,7 @@ def _layout(cell: Cell, searches: list[ArmSearch], started: float) -> Layout:
         objective=sum(p.objective for p in placements) if complete else None,
         placements=tuple(placements),
         reasons=tuple(reasons),
-        proved=any(search.proved for search in searches),
+        proved=any(search.proved for search in searches) or (certificate is not None and certificate.proved),
         search=Search(
             candidates=sum(search.candidates for search in searches),
             starts=sum(search.starts for search in searches),
@@ -74,4 +76,5 @@ def _layout(cell: Cell, searches: list[ArmSearch], started: float) -> Layout:
             wall_time=time.perf_counter() - started,
         ),
         verification=summarise(checks) if checks else None,
+        certificate=certificate,
     )

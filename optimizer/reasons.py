@@ -11,6 +11,7 @@ from models.cell import Cell
 from optimizer.box import reach_windows
 from optimizer.layers import LayeredPath
 from optimizer.layout import Reason
+from optimizer.proof import Obstacle
 from optimizer.reduced import ReducedProblem, evaluate_signed, seen_from
 from optimizer.screening import Candidate, screen
 
@@ -72,6 +73,24 @@ def explain_reduced(
     seen = solve_signed(problem.form, problem.rotations, seen_from(problem, nearest.position[None]), signs)
     reasons = _broken(cell, problem.arm, paths.joints[:, 0, 0].T, seen.missing[0, 0])
     return reasons or (_no_posture(problem.arm),)
+
+
+def explain_proof(arm: Arm, obstacles: tuple[Obstacle, ...]) -> tuple[Reason, ...]:
+    """What a proof of infeasibility met, the three largest obstacles."""
+    reasons = []
+    for obstacle in obstacles[:3]:
+        joint = None if obstacle.joint is None else arm.robot.joint_names[obstacle.joint]
+        what = {
+            "out_of_reach": "are out of reach",
+            "joint_limit": f"need {joint} beyond its limits",
+            "joint_step": "cannot be joined without too long a joint step",
+        }[obstacle.kind]
+        detail = (
+            f"{arm.name}: proved impossible from every allowed base in any one posture; {_poses(obstacle.poses)} "
+            f"{what} in {100.0 * obstacle.share:.0f} % of all places and postures"
+        )
+        reasons.append(Reason(arm.name, obstacle.kind, obstacle.poses, detail, joint))
+    return tuple(reasons)
 
 
 def explain_general(cell: Cell, arm: Arm, paths: list[LayeredPath]) -> tuple[Reason, ...]:

@@ -11,14 +11,15 @@ from models.arm import Arm
 from models.arrays import Floats
 from models.cell import Cell
 from optimizer.box import search_box
+from optimizer.certificate import certify
 from optimizer.general import different, screen_general
 from optimizer.layout import Reason
 from optimizer.local import solve_locally
 from optimizer.program import ArmPoint
-from optimizer.reasons import explain_general, explain_reach, explain_reduced
+from optimizer.reasons import explain_general, explain_proof, explain_reach, explain_reduced
 from optimizer.reduced import ReducedProblem, evaluate_signed, reduced_problem
 from optimizer.screening import ROUNDS, Candidate, Screen, scored, screen
-from optimizer.settings import Settings
+from optimizer.settings import CertificateSettings, Settings
 from optimizer.verify import check
 
 STARTS = 6
@@ -27,6 +28,8 @@ GENERAL_STARTS = 10
 """Local solves of an arm without one: its branches are only sampled."""
 WORTH = 1.2
 """Starts scored this much above the best usable one are not worth a solve: screening is precise to a few percent."""
+DECIDE_TIME, DECIDE_GAP = 5.0, 1e-3
+"""s and relative gap of the branch and bound that decides whether a task without a usable candidate is possible."""
 LEVEL = 1e-3
 """Relative rise of the cost that counts as level."""
 LONG_TASK = 200
@@ -88,8 +91,28 @@ def _search_reduced(
         _solve_candidates(cell, search, problem, screens[-1], deadline)
         if search.best is not None or not search.finished:
             return
+        if round_ == 0 and _decide(cell, search, problem, deadline):
+            return
     candidates = [candidate for found in screens for candidate in found.candidates]
     search.reasons = explain_reduced(cell, problem, box, candidates, seed)
+
+
+def _decide(cell: Cell, search: ArmSearch, problem: ReducedProblem, deadline: float) -> bool:
+    """Let branch and bound say whether the arm can do the task at all; True if that settles the search.
+
+    It finds usable paths in corners that a spread of points misses, and knows when there are none.
+    """
+    if not search.arm.upright:
+        return False
+    limit = min(DECIDE_TIME, max(deadline - time.perf_counter(), 0.0))
+    proof = certify(problem, None, CertificateSettings(gap=DECIDE_GAP, time_limit=limit))
+    if proof.infeasible:
+        search.proved = True
+        search.reasons = explain_proof(search.arm, proof.obstacles)
+    elif proof.found is not None:
+        start = path_from(problem, proof.found.position, proof.found.signs)
+        _keep(search, _solve(cell, search, start, deadline))
+    return proof.infeasible or search.best is not None
 
 
 def _solve_candidates(cell: Cell, search: ArmSearch, problem: ReducedProblem, found: Screen, deadline: float) -> None:
@@ -101,7 +124,7 @@ def _solve_candidates(cell: Cell, search: ArmSearch, problem: ReducedProblem, fo
             break
         if any(_leads_to(found.problem, candidate, point) for _, point in optima):
             continue
-        optima += _solve(cell, search, _start(problem, candidate), deadline)
+        optima += _solve(cell, search, path_from(problem, candidate.position, candidate.signs), deadline)
         if not search.finished:
             break
     _keep(search, optima)
@@ -128,10 +151,10 @@ def _leads_to(problem: ReducedProblem, candidate: Candidate, optimum: ArmPoint) 
     return bool(falling and np.all(paths.violation[0, :-1] == 0.0))
 
 
-def _start(problem: ReducedProblem, candidate: Candidate) -> ArmPoint:
-    """The whole path of a candidate."""
-    paths = evaluate_signed(problem, candidate.position[None, :], np.array([candidate.signs]))
-    return ArmPoint(candidate.position, float(paths.yaw[0, 0]), paths.joints[:, 0, 0].T, candidate.signs)
+def path_from(problem: ReducedProblem, position: Floats, signs: tuple[int, int, int]) -> ArmPoint:
+    """The best whole path from a base position (3,) in one posture."""
+    paths = evaluate_signed(problem, position[None, :], np.array([signs]))
+    return ArmPoint(position, float(paths.yaw[0, 0]), paths.joints[:, 0, 0].T, signs)
 
 
 def _search_general(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadline: float) -> None:

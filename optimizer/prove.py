@@ -1,0 +1,121 @@
+"""The certificate of a cell: a proof per arm, joined; and what the proofs teach the search."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from models.cell import Cell
+from models.posture import name_signs
+from optimizer.certificate import certify
+from optimizer.layout import ArmCertificate, Certificate
+from optimizer.local import solve_locally
+from optimizer.proof import ArmProof, Incumbent
+from optimizer.reasons import explain_proof
+from optimizer.reduced import ReducedProblem
+from optimizer.search import ArmSearch, path_from
+from optimizer.settings import CertificateSettings
+from optimizer.verify import check
+
+log = logging.getLogger(__name__)
+
+
+def prove(
+    cell: Cell, searches: list[ArmSearch], settings: CertificateSettings, report: Callable[[str, float], None]
+) -> Certificate:
+    """Bound every arm's objective from below over all that the request allows.
+
+    Where a proof meets something better than the search did, the search is corrected in place and the miss is logged.
+
+    Args:
+        cell: the cell. searches: of its arms, in order.
+        settings: gap to reach; the time limit is shared by the arms.
+        report: told what is being done and the share of it that is done.
+    """
+    began = time.perf_counter()
+    arms = []
+    for index, search in enumerate(searches):
+        report(f"proving {search.arm.name}", index / len(searches))
+        left = max(settings.time_limit - (time.perf_counter() - began), 0.0) / (len(searches) - index)
+        arms.append(_prove_arm(cell, search, CertificateSettings(settings.gap, left)))
+    bounds = [arm.lower_bound for arm in arms]
+    total = sum(bound for bound in bounds if bound is not None) if None not in bounds else None
+    objective = sum(search.objective for search in searches)
+    gap = None if total is None or not np.isfinite(objective) else relative_gap(objective, total)
+    impossible = any(search.proved and search.best is None for search in searches)
+    return Certificate(
+        lower_bound=total,
+        gap=gap,
+        proved=impossible or (gap is not None and gap <= settings.gap),
+        boxes=sum(arm.boxes for arm in arms),
+        wall_time=time.perf_counter() - began,
+        arms=tuple(arms),
+    )
+
+
+def relative_gap(objective: float, lower_bound: float) -> float:
+    """``(objective - lower_bound) / max(objective, 1e-9)``, never below 0 through rounding."""
+    return max(float(objective) - float(lower_bound), 0.0) / max(float(objective), 1e-9)
+
+
+def _prove_arm(cell: Cell, search: ArmSearch, settings: CertificateSettings) -> ArmCertificate:
+    arm = search.arm
+    if search.proved:
+        return ArmCertificate(arm.name, None, None, True, 0, 0.0, "proved infeasible: out of reach")
+    if search.problem is None or not arm.upright:
+        return ArmCertificate(arm.name, None, None, False, 0, 0.0, _no_proof(search))
+    known = search.objective if search.best is not None else None
+    proof = certify(search.problem, known, settings)
+    if proof.infeasible:
+        search.proved = True
+        search.reasons = explain_proof(search.arm, proof.obstacles) + search.reasons
+    elif proof.found is not None:
+        _take_over(cell, search, search.problem, proof.found)
+    return _certificate(search, proof, settings.gap)
+
+
+def _certificate(search: ArmSearch, proof: ArmProof, wanted: float) -> ArmCertificate:
+    """The proof with its gap measured against the answer that will be given."""
+    bound = None if proof.lower_bound is None else float(proof.lower_bound)
+    gap = None if bound is None or search.best is None else relative_gap(search.objective, bound)
+    note = "proved infeasible: no base in the region can do the task in one posture" if proof.infeasible else proof.note
+    proved = proof.infeasible or (gap is not None and gap <= wanted)
+    return ArmCertificate(search.arm.name, bound, gap, proved, proof.boxes, proof.wall_time, note)
+
+
+def _no_proof(search: ArmSearch) -> str:
+    """Why there is no proof for an arm, and what the search has to show instead."""
+    hits = ", ".join(f"{value:.6g} ({count} times)" for value, count in search.basins[:5])
+    evidence = f"{search.starts} local solves ended in {len(search.basins)} optima: {hits}" if hits else "no optimum"
+    return (
+        "no proof is offered for this arm: it needs an upright base, a vertical first axis and a closed form; "
+        f"evidence of the search: {evidence}"
+    )
+
+
+def _take_over(cell: Cell, search: ArmSearch, problem: ReducedProblem, found: Incumbent) -> None:
+    """Continue from a path the proof met, if the search has missed its basin."""
+    start = path_from(problem, found.position, found.signs)
+    result = solve_locally(cell, search.arm, start, time.perf_counter() + 10.0)
+    search.starts += 1
+    better = [
+        (value, point)
+        for value, point in ((result.objective, result.points[0]), (found.objective, start))
+        if np.isfinite(value) and value < search.objective and check(cell, search.arm, point).usable
+    ]
+    if not better:
+        return
+    value, point = min(better, key=lambda pair: pair[0])
+    if value < search.objective * (1.0 - 1e-6):
+        log.warning(
+            "the search missed the best basin of arm %r: %.9g, the proof found %.9g in posture %s",
+            search.arm.name,
+            search.objective,
+            value,
+            name_signs(found.signs),
+        )
+    search.objective, search.best, search.reasons = value, point, ()
+    search.basins.insert(0, (value, 1))

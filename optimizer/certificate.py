@@ -36,6 +36,8 @@ SMALLEST_FIRST = 0.05
 """Side of the boxes to begin with, relative to the reach: no smaller than this."""
 ROWS = 12_000
 """Poses times boxes bounded at once: few enough to stay in the processor's cache."""
+FEWEST = 64
+"""Boxes bounded at once in long tasks."""
 CANDIDATES = 12
 """Places tried for a better incumbent per round."""
 
@@ -116,7 +118,7 @@ class _Search:
 
     def round(self) -> None:
         """Bound some fresh boxes, look for a better incumbent among them, and choose whom to cut next."""
-        most = max(ROWS // len(self.problem.positions), 1)
+        most = max(ROWS // len(self.problem.positions), FEWEST)
         now, later = self.fresh[:most], self.fresh[most:]
         found = self.bounder.bounds(now, self.cutoff)
         bounds = np.maximum(found.lower, self.inherited[:most])
@@ -143,21 +145,23 @@ class _Search:
 
     def _improve(self, boxes: Boxes, found: BoxBounds) -> None:
         """Evaluate the most promising places exactly."""
-        hopeful = found.lower < self.cutoff
-        order = np.argsort(np.where(hopeful, found.expected, np.inf))[:CANDIDATES]
-        order = order[hopeful[order]]
-        if not len(order):
-            return
-        paths = evaluate_signed(self.problem, found.promising[order], boxes.signs[order])
+        order = np.argsort(np.where(found.lower < self.cutoff, found.expected, np.inf))[:CANDIDATES]
+        order = order[np.isfinite(found.expected[order])]
+        if len(order):
+            self._evaluate(found.promising[order], boxes.posture[order])
+
+    def _evaluate(self, places: Floats, postures: Ints) -> None:
+        """Keep the best of some places (n, 3) in postures (n,), if it is better than what was known."""
+        signs = np.array(ALL_SIGNS)[postures]
+        paths = evaluate_signed(self.problem, places, signs)
         objective = np.where(paths.violation[0] <= USABLE, paths.objective[0], np.inf)
-        best = self.objective
+        known = np.inf if self.objective is None else self.objective
         for k in np.argsort(objective):
-            if np.isinf(objective[k]) or (best is not None and objective[k] >= best):
+            if objective[k] >= known:
                 return
             if self._well_conditioned(paths.joints[:, 0, k]):
-                row = order[k]
-                signs = ALL_SIGNS[boxes.posture[row]]
-                self.found = Incumbent(found.promising[row], signs, float(paths.yaw[0, k]), float(objective[k]))
+                yaw, best = float(paths.yaw[0, k]), float(objective[k])
+                self.found = Incumbent(places[k], ALL_SIGNS[postures[k]], yaw, best)
                 return
 
     def _well_conditioned(self, joints: Floats) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from optimizer.bounds.tangent import tangent_bounds
 from optimizer.bounds.targets import Targets
 from optimizer.bounds.yaw import shift_cost, torn, unwrapped
 from optimizer.reduced import ReducedProblem
+
+PROBES = 8
+"""Poses tried first in tasks of more than three times as many."""
 
 REACH, LIMIT, PATH = 1, 2, 3
 """Causes: a pose is out of reach; a joint is outside its limits at a pose; a joint has no continuous path inside."""
@@ -39,42 +42,79 @@ class BoxBounds:
     causes: Ints
     poses: Bools
 
-
-@dataclass(frozen=True, eq=False, slots=True)
-class BoxBounder:
-    """Bounds for one reduced problem."""
-
-    rules: Rules
-    kinematics: Kinematics
-
     @staticmethod
-    def of(problem: ReducedProblem) -> BoxBounder:
-        """Prepare what all boxes share."""
-        return BoxBounder(Rules.of(problem), Kinematics.of(Targets.of(problem)))
-
-    def bounds(self, boxes: Boxes, cutoff: float) -> BoxBounds:
-        """Bound every box; no more work is spent on a box once its bound has reached ``cutoff``."""
-        n, m = len(boxes), len(self.kinematics.targets.wrist)
-        found = BoxBounds(
+    def nothing(boxes: Boxes, poses: int) -> BoxBounds:
+        """Nothing known yet."""
+        n = len(boxes)
+        return BoxBounds(
             lower=np.zeros(n),
             promising=boxes.centre.copy(),
             expected=np.full(n, np.inf),
             causes=np.zeros((7, n), dtype=np.int64),
-            poses=np.zeros((7, n, m), dtype=bool),
+            poses=np.zeros((7, n, poses), dtype=bool),
         )
-        angles = self.kinematics.angles(boxes)
-        found.poses[0] = np.abs(angles.short) > SLACK
-        lost = np.any(found.poses[0], axis=1)
-        found.causes[0, lost], found.lower[lost] = REACH, np.inf
-        rows = np.flatnonzero(~lost)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class BoxBounder:
+    """Bounds for one reduced problem.
+
+    Attributes:
+        rules: limits and objective. kinematics: of the arm and the task.
+        probe: the same for a few poses of a long task, to rule boxes out cheaply; None for short tasks.
+        probed: indices of these poses.
+    """
+
+    rules: Rules
+    kinematics: Kinematics
+    probe: BoxBounder | None
+    probed: Ints
+
+    @staticmethod
+    def of(problem: ReducedProblem) -> BoxBounder:
+        """Prepare what all boxes share."""
+        m = len(problem.positions)
+        probe, probed = None, np.zeros(0, dtype=np.int64)
+        if m > 3 * PROBES:
+            probed = np.linspace(0, m - 1, PROBES).round().astype(np.int64)
+            some = replace(
+                problem, rotations=problem.rotations[probed], positions=problem.positions[probed], max_step=np.inf
+            )
+            probe = BoxBounder.of(some)
+        return BoxBounder(Rules.of(problem), Kinematics.of(Targets.of(problem)), probe, probed)
+
+    def bounds(self, boxes: Boxes, cutoff: float) -> BoxBounds:
+        """Bound every box; no more work is spent on a box once its bound has reached ``cutoff``."""
+        found = BoxBounds.nothing(boxes, len(self.kinematics.targets.wrist))
+        rows = np.arange(len(boxes))
+        if self.probe is not None:
+            probed = self.probe.bounds(boxes, 0.0)
+            found.causes[:], found.poses[..., self.probed] = probed.causes, probed.poses
+            found.lower[np.any(probed.causes > 0, axis=0)] = np.inf
+            rows = np.flatnonzero(found.lower < cutoff)
         if len(rows):
-            enclosed = enclose(self.kinematics, boxes[rows], angles[rows])
-            costs = self._first_order(enclosed, found, rows)
-            found.lower[rows] = np.sum(costs, axis=0)
-            keep = found.lower[rows] < cutoff
-            if np.any(keep):
-                self._second_order(enclosed[keep], costs[:, keep], found, rows[keep])
+            self._all_poses(boxes[rows], rows, cutoff, found)
         return found
+
+    def _all_poses(self, boxes: Boxes, rows: Ints, cutoff: float, found: BoxBounds) -> None:
+        """Bound some of the boxes by all poses."""
+        angles = self.kinematics.angles(boxes)
+        far = np.abs(angles.short) > SLACK
+        lost = np.any(far, axis=1)
+        found.poses[0, rows], found.causes[0, rows[lost]], found.lower[rows[lost]] = far, REACH, np.inf
+        rows = rows[~lost]
+        if not len(rows):
+            return
+        enclosed = enclose(self.kinematics, boxes[~lost], angles[~lost])
+        costs = self._first_order(enclosed, found, rows)
+        found.lower[rows] = np.sum(costs, axis=0)
+        keep = found.lower[rows] < cutoff
+        if np.any(keep):
+            rows = rows[keep]
+            tangent = tangent_bounds(self.rules, enclosed[keep], expand(self.kinematics, enclosed[keep]), costs[:, keep])
+            found.lower[rows] = np.maximum(found.lower[rows], tangent.lower)
+            found.expected[rows] = tangent.expected
+            found.promising[rows, : tangent.step.shape[1]] += tangent.step
 
     def _first_order(self, enclosed: Enclosed, found: BoxBounds, rows: Ints) -> Floats:
         """(6, n) cost of each joint by the size of its interval; inf, and noted, where that allows no path."""
@@ -97,10 +137,3 @@ class BoxBounder:
             found.causes[i + 1, rows[lost]] = np.where(single, LIMIT, PATH)[lost]
             found.poses[i + 1, rows[lost]] = np.where(single[:, None], outside, apart)[lost]
         return costs
-
-    def _second_order(self, enclosed: Enclosed, costs: Floats, found: BoxBounds, rows: Ints) -> None:
-        """Raise the bounds of some rows by the tangents of their squares."""
-        tangent = tangent_bounds(self.rules, enclosed, expand(self.kinematics, enclosed), costs)
-        found.lower[rows] = np.maximum(found.lower[rows], tangent.lower)
-        found.expected[rows] = tangent.expected
-        found.promising[rows, : tangent.step.shape[1]] += tangent.step

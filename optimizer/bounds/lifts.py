@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from models.arm import TURN
-from models.arrays import Bools, Floats, Ints
+from models.arrays import Bools, Floats
 from optimizer.bounds.ball import Ball
 
 MOST_LIFTS = 6
@@ -60,29 +60,39 @@ def cheapest_lifts(values: Ball, lower: float, upper: float, reference: float, m
     lifts = np.arange(int(count))[:, None, None]
     lifted = centre + TURN * (first + lifts)  # (L, N, m)
     low, high = np.maximum(lifted - radius, lower), np.minimum(lifted + radius, upper)
-    cost = np.maximum(np.maximum(low - reference, reference - high), 0.0) ** 2
     possible = (low <= high) & ~(open_end & (lifts > 0))
-    cost[~possible] = np.inf
-    link = max_step + np.where(open_end, np.inf, radius)
-    outside = ~np.any(possible, axis=0)
+    few = max(int(np.max(np.sum(possible, axis=0), initial=1)), 1)  # possible lifts come first
+    lifted, low, high, possible = lifted[:few], low[:few], high[:few], possible[:few]
+    cost = np.where(possible, np.maximum(np.maximum(low - reference, reference - high), 0.0) ** 2, np.inf)
     # Neighbours may be as far apart as the step and both radii; an end that may be anything is never too far.
     reach = max_step + np.where(open_end[:, 1:] | open_end[:, :-1], np.inf, radius[:, 1:] + radius[:, :-1])
-    cheapest, stuck = _cheapest_chain(cost, lifted, reach)
-    poses = np.arange(centre.shape[1])
-    apart = (stuck[:, None] < len(poses)) & ((poses == stuck[:, None]) | (poses == stuck[:, None] - 1))
-    return Lifted(cheapest, outside, apart)
+    apart = np.abs(lifted[:, None, :, :-1] - lifted[None, :, :, 1:])  # (from, to, N, m-1)
+    links = np.where(apart <= reach, cost[None, :, :, 1:], np.inf) + np.where(possible, 0.0, np.inf)[:, None, :, :-1]
+    total = np.min(cost[:, None, :, 0] + _joined(links), axis=(0, 1))
+    return Lifted(total, ~np.any(possible, axis=0), _breaks(links, np.isinf(total)))
 
 
-def _cheapest_chain(cost: Floats, lifted: Floats, reach: Floats) -> tuple[Floats, Ints]:
-    """Cheapest sum over the poses of cost (L, N, m), neighbours no further apart than ``reach`` (N, m-1).
+def _joined(links: Floats) -> Floats:
+    """Cheapest chains from the first pose to the last: (from, to, N), given those from pose to pose (from, to, N, k).
 
-    Returns:
-        The sums (N,), and the first pose that no chain reaches, m where there is none.
+    Neighbouring links are joined pairwise until one is left: ``(A·B)[a, c] = min over b of A[a, b] + B[b, c]``.
     """
-    best = cost[..., 0]
-    stuck = np.where(np.all(np.isinf(best), axis=0), 0, cost.shape[-1])
-    for j in range(1, cost.shape[-1]):
-        apart = np.abs(lifted[:, None, :, j - 1] - lifted[None, :, :, j])  # (from, to, N)
-        best = np.min(np.where(apart <= reach[:, j - 1], best[:, None], np.inf), axis=0) + cost[..., j]
-        stuck = np.where(np.all(np.isinf(best), axis=0), np.minimum(stuck, j), stuck)
-    return np.min(best, axis=0), stuck
+    if links.shape[-1] == 0:
+        return np.zeros((1, *links.shape[1:-1]))
+    while links.shape[-1] > 1:
+        left, right = links[..., 0:-1:2], links[..., 1::2]
+        pairs = left[:, :1] + right[:1]
+        for b in range(1, links.shape[0]):
+            pairs = np.minimum(pairs, left[:, b : b + 1] + right[b : b + 1])
+        rest = links[..., 2 * pairs.shape[-1] :]
+        links = np.concatenate([pairs, rest], axis=-1) if rest.shape[-1] else pairs
+    return links[..., 0]
+
+
+def _breaks(links: Floats, impossible: Bools) -> Bools:
+    """(N, m) True at poses with no link between them; at all poses where only the whole chain is impossible."""
+    broken = np.all(np.isinf(links), axis=(0, 1))
+    poses = np.zeros((broken.shape[0], broken.shape[1] + 1), dtype=bool)
+    poses[:, 1:] |= broken
+    poses[:, :-1] |= broken
+    return (poses | ~np.any(poses, axis=1, keepdims=True)) & impossible[:, None]

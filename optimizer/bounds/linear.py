@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.arrays import Floats
+from models.arrays import Floats, Ints
 
 NEWTON_STEPS = 4
 PENALTY = 1e5
@@ -47,6 +47,11 @@ class Linear:
     limits: Floats
     low: Floats
     high: Floats
+
+    def __getitem__(self, rows: Ints) -> Linear:
+        limits = self.limits[:, rows]
+        ends = self.low[rows], self.high[rows]
+        return Linear(self.error[rows], self.slopes[rows], self.rest[rows], self.weights[rows], limits, *ends)
 
     @property
     def penalty(self) -> Floats:

@@ -20,6 +20,9 @@ from optimizer.bounds.linear import Linear
 from optimizer.bounds.rules import Rules
 from optimizer.bounds.yaw import Shifts, unwrapped
 
+REFINED = 16
+"""Boxes of a batch, the most promising ones, whose minimiser is pulled inside the limits."""
+
 _TURNS = Shifts(start=0.0, width=0.0, free=False)
 """All that can shift joints 2 to 6: multiples of 2π."""
 
@@ -48,9 +51,11 @@ def tangent_bounds(rules: Rules, found: Enclosed, expansion: Expansion, costs: F
     """
     linear, start, constant = _linearised(rules, found, expansion, costs)
     y = linear.minimiser(start)
-    inside = linear.inside(y)
-    expected = np.sum(linear.weights * linear.line(inside) ** 2, axis=1) + constant
-    return Tangent(np.maximum(linear.dual_value(y), 0.0) + constant, inside[:, :-1], expected)
+    lower = np.maximum(linear.dual_value(y), 0.0) + constant
+    expected = np.sum(linear.weights * linear.line(y) ** 2, axis=1) + constant
+    best = np.argsort(expected)[:REFINED]
+    y[best] = linear[best].inside(y[best])
+    return Tangent(lower, y[:, :-1], expected)
 
 
 def _linearised(

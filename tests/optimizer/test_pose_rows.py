@@ -18,10 +18,11 @@ from models.pose import rotation_about, rotation_vector, rotation_x, rotation_z,
 from optimizer.pose_rows import BASE, hessian_pattern, pose_rows, target_numbers
 
 ROBOTS = ("puma560", "ur10e", "iiwa14", "yumi_left", "kr6_r900")
+IDENTITY = np.eye(3)
 TILTED = tuple(float(x) for x in (rotation_z(0.3) @ rotation_x(2.0)).ravel())
 
 
-def point_of(name: str, seed: int, mount=np.eye(3)):
+def point_of(name: str, seed: int, mount=IDENTITY):
     """A base, joints, and the target they reach by Pinocchio."""
     robot, rng = catalogue.robot(name), np.random.default_rng(seed)
     base, joints = rng.uniform(-2.0, 2.0, 4), rng.uniform(-2.0, 2.0, robot.dof)

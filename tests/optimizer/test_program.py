@@ -39,7 +39,7 @@ def test_the_witness_satisfies_every_row_and_bound(name):
     assert np.all(rows <= program.rows_upper + 1e-9)
     assert np.all(unknowns >= program.lower)
     assert np.all(unknowns <= program.upper)
-    off = rows_at(program, [replace(point, position=point.position + [0.0, 0.01, 0.0])])
+    off = rows_at(program, [replace(point, position=point.position + np.array([0.0, 0.01, 0.0]))])
     assert np.abs(off).max() > 0.009
 
 
@@ -77,7 +77,7 @@ def test_labels_name_the_row_they_stand_for():
         "arm / shoulder side, pose 2",
     ):
         assert wanted in changed
-    lifted = replace(point, position=point.position + [0, 0, 0.1])
+    lifted = replace(point, position=point.position + np.array([0.0, 0.0, 0.1]))
     assert set(labels[np.abs(rows_at(program, [lifted]) - before) > 1e-6]) == {
         f"arm / flange z, pose {j}" for j in range(4)
     }
@@ -114,7 +114,7 @@ def test_joint_bounds_keep_exactly_the_elbow_and_wrist_of_the_start(name):
     arm = make_arm(name)
     form, rng = closed_form(arm.robot), np.random.default_rng(5)
     for seed in range(8):
-        task, point = witness(name, seed)
+        _, point = witness(name, seed)
         low, high = joint_bounds(arm, point)
         assert np.all(low >= arm.lower)
         assert np.all(high <= arm.upper)

@@ -9,7 +9,7 @@ import pytest
 
 from models.branches import signs_of
 from models.closed_form import closed_form
-from models.pose import rotation_about, rotation_x, transform
+from models.pose import rotation_about, rotation_x
 from models.task import Task
 from optimizer.program import ArmPoint
 from optimizer.verify import check, summarise

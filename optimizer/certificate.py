@@ -16,20 +16,19 @@ from collections.abc import Callable
 import numpy as np
 
 from models.arrays import Floats, Ints
-from models.kinematics import characteristic_length, conditioning
 from models.posture import ALL_SIGNS
 from optimizer.bounds.box_bounds import BoxBounder, BoxBounds
 from optimizer.bounds.boxes import Boxes
 from optimizer.bounds.obstacles import Tally
 from optimizer.bounds.region import reachable_region
 from optimizer.proof import ArmProof, Incumbent
-from optimizer.reduced import ReducedProblem, evaluate_signed
+from optimizer.reduced import ReducedProblem, conditioning_shortfall, evaluate_signed
 from optimizer.settings import CertificateSettings
 
 USABLE = 1e-9
 """Violation (m and rad) up to which a path counts as usable: the tolerance of limits everywhere."""
-ROUNDING = 1e-9
-"""Relative and absolute slack of the bound that is reported."""
+ROUNDING = 1e-7
+"""Relative slack of the bound that is reported: constants of catalogue robots are known to about as much."""
 FIRST_BOXES = 100
 """Boxes per posture to begin with."""
 SMALLEST_FIRST = 0.05
@@ -101,8 +100,9 @@ class _Search:
     @property
     def objective(self) -> float | None:
         """The best objective known."""
-        known = [value for value in (self.given, self.found and self.found.objective) if value is not None]
-        return min(known) if known else None
+        found = None if self.found is None else self.found.objective
+        known = [value for value in (self.given, found) if value is not None]
+        return min(known, default=None)
 
     @property
     def cutoff(self) -> float:
@@ -113,8 +113,9 @@ class _Search:
     @property
     def lower_bound(self) -> float:
         """No path scores less; inf if there is none."""
-        lowest = min(self.forgotten, np.min(self.bounds, initial=np.inf), np.min(self.inherited, initial=np.inf))
-        return lowest if np.isinf(lowest) else max(lowest - ROUNDING * (1.0 + lowest), 0.0)
+        bounds = np.concatenate([self.bounds, self.inherited, [self.forgotten]])
+        lowest = float(np.min(bounds))
+        return lowest if np.isinf(lowest) else lowest * (1.0 - ROUNDING)
 
     def round(self) -> None:
         """Bound some fresh boxes, look for a better incumbent among them, and choose whom to cut next."""
@@ -166,11 +167,9 @@ class _Search:
 
     def _well_conditioned(self, joints: Floats) -> bool:
         """True if the path (6, m) keeps the limit on conditioning, where there is one."""
-        arm = self.problem.arm
-        if arm.min_conditioning is None:
+        if self.problem.arm.min_conditioning is None:
             return True
-        length = characteristic_length(arm.robot)
-        return bool(np.min(conditioning(arm.robot, arm.tool, joints.T, length)) >= arm.min_conditioning)
+        return bool(conditioning_shortfall(self.problem, joints[:, None])[0] <= 0.0)
 
     def proof(self) -> ArmProof:
         """What has been shown."""

@@ -8,6 +8,7 @@ from a ball leaves a slack many orders above it (`optimizer.bounds.joints.SLACK`
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -63,8 +64,8 @@ class Ball:
             return Ball(self.centre * other.centre, radius)
         return Ball(self.centre * other, self.radius * np.abs(other))
 
-    def __getitem__(self, index: object) -> Ball:
-        return Ball(self.centre[index], self.radius[index])  # type: ignore[index]
+    def __getitem__(self, index: Any) -> Ball:
+        return Ball(self.centre[index], self.radius[index])
 
     def meet(self, other: Ball) -> Ball:
         """What both contain; where rounding leaves nothing, a point between them."""

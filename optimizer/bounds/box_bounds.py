@@ -98,20 +98,27 @@ class BoxBounder:
 
     def _all_poses(self, boxes: Boxes, rows: Ints, cutoff: float, found: BoxBounds) -> None:
         """Bound some of the boxes by all poses."""
-        angles = self.kinematics.angles(boxes)
-        far = np.abs(angles.short) > SLACK
+        targets = self.kinematics.targets
+        local = targets.local(boxes)
+        angles = self.kinematics.angles(local)
+        far = angles.short > SLACK
         lost = np.any(far, axis=1)
         found.poses[0, rows], found.causes[0, rows[lost]], found.lower[rows[lost]] = far, REACH, np.inf
         rows = rows[~lost]
         if not len(rows):
             return
-        enclosed = enclose(self.kinematics, boxes[~lost], angles[~lost])
+        enclosed = enclose(self.kinematics, local[~lost], angles[~lost])
         costs = self._first_order(enclosed, found, rows)
         found.lower[rows] = np.sum(costs, axis=0)
         keep = found.lower[rows] < cutoff
         if np.any(keep):
-            rows = rows[keep]
-            tangent = tangent_bounds(self.rules, enclosed[keep], expand(self.kinematics, enclosed[keep]), costs[:, keep])
+            enclosed, rows, half = enclosed[keep], rows[keep], boxes.half[~lost][keep]
+            expansion = expand(self.kinematics, enclosed)
+            if targets.upright:
+                half = half[:, : targets.dims]
+            else:
+                expansion = expansion.in_world(targets.mount)
+            tangent = tangent_bounds(self.rules, half, enclosed, expansion, costs[:, keep])
             found.lower[rows] = np.maximum(found.lower[rows], tangent.lower)
             found.expected[rows] = tangent.expected
             found.promising[rows, : tangent.step.shape[1]] += tangent.step

@@ -37,9 +37,9 @@ class Boxes:
         signs: Ints = _SIGNS[self.posture]
         return signs
 
-    def sign(self, which: int) -> Ints:
+    def sign(self, which: int) -> Floats:
         """(N, 1) sign of the shoulder (0), the elbow (1) or the wrist (2), to go with arrays (N, m)."""
-        return self.signs[:, which, None]
+        return self.signs[:, which, None].astype(np.float64)
 
     def halved(self) -> Boxes:
         """Every box cut in two across its longest side: (2N), the lower halves first."""

@@ -26,11 +26,11 @@ class Enclosed:
     """Joint values over N boxes.
 
     Attributes:
+        boxes: the boxes, along the mount's axes.
         values: (6, N, m) rad, at yaw 0.
         exact: (6, N, m) rad, value at the centre of each box, on the same turn of 2π.
         regular: (6, N, m) True where slopes mean something.
-        centres: boxes of size zero at the centres. angles: over the boxes. at_centre: at the centres.
-        slopes: over the boxes.
+        angles: over the boxes. at_centre: at the centres. slopes: over the boxes.
     """
 
     boxes: Boxes
@@ -54,7 +54,7 @@ class Enclosed:
 
 
 def enclose(kinematics: Kinematics, boxes: Boxes, angles: Angles) -> Enclosed:
-    """Enclose the joint values, given the enclosed angles."""
+    """Enclose the joint values over boxes along the mount's axes, given the enclosed angles."""
     dims = kinematics.targets.dims
     points = Boxes(boxes.centre, np.zeros_like(boxes.half), boxes.posture)
     at_centre = kinematics.angles(points)
@@ -73,6 +73,10 @@ class Expansion:
 
     slopes: Floats
     rest: Floats
+
+    def in_world(self, mount: Floats) -> Expansion:
+        """The same with slopes along the world's axes; a step there is ``mountᵀ · step`` along the mount's."""
+        return Expansion(np.einsum("wk,ikNm->iwNm", mount[:, : self.slopes.shape[1]], self.slopes), self.rest)
 
 
 def expand(kinematics: Kinematics, found: Enclosed) -> Expansion:

@@ -28,7 +28,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from models.arrays import Bools, Floats
-from optimizer.bounds.ball import ANYTHING, Ball, bearing, cos_sin, distances, reciprocal
+from optimizer.bounds.ball import Ball, bearing, cos_sin, distances, reciprocal
 from optimizer.bounds.boxes import Boxes
 from optimizer.bounds.targets import Targets
 
@@ -80,12 +80,14 @@ def front_values(targets: Targets, boxes: Boxes) -> Front:
 
 
 def _ratio(offset: Floats, distance: Floats) -> Floats:
-    return np.clip(offset / np.maximum(distance, 1e-300), -1.0, 1.0)
+    ratio: Floats = np.clip(offset / np.maximum(distance, 1e-300), -1.0, 1.0)
+    return ratio
 
 
 def _leg(hypotenuse: Floats, leg: Floats) -> Floats:
     """The other leg of a right triangle; 0 where there is none."""
-    return np.sqrt(np.maximum(hypotenuse**2 - leg**2, 0.0))
+    other: Floats = np.sqrt(np.maximum(hypotenuse**2 - leg**2, 0.0))
+    return other
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -117,7 +119,7 @@ def front_slopes(targets: Targets, values: Front) -> FrontSlopes:
     shape = (dims, *low.shape)
     across = Ball(np.zeros(shape), np.zeros(shape))  # a'·dp + do
     ahead = Ball(np.zeros(shape), np.zeros(shape))  # g'·dp
-    for part, (k, ball) in ((across, (0, cos)), (across, (1, sin)), (ahead, (0, sin * sigma)), (ahead, (1, cos * -sigma))):
+    for part, k, ball in ((across, 0, cos), (across, 1, sin), (ahead, 0, sin * sigma), (ahead, 1, cos * -sigma)):
         part.centre[k], part.radius[k] = ball.centre, ball.radius
     height = np.zeros((dims, 1, 1))
     if dims == 3:
@@ -128,9 +130,7 @@ def front_slopes(targets: Targets, values: Front) -> FrontSlopes:
     return FrontSlopes(first, first * values.offset - ahead, height, regular)
 
 
-def front_bending(
-    targets: Targets, values: Front, first: Floats, front: Floats, half: Floats
-) -> tuple[Floats, Floats]:
+def front_bending(targets: Targets, values: Front, first: Floats, front: Floats, half: Floats) -> tuple[Floats, Floats]:
     """Largest |d²q1| and |d²f| (N, m), given the largest |dq1| and |df|, for steps of at most ``half`` (N, K) m."""
     offset, farthest = values.offset.size, values.front.size
     nearest = np.maximum(np.abs(values.front.centre) - values.front.radius, 1e-9)

@@ -29,6 +29,10 @@ SLACK = 1e-9
 """rad and m left around every enclosure: for rounding, and for constants of robots that are known to as much."""
 
 
+Rates = tuple[Ball, ...]
+"""Rates of the wrist's three angles."""
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Angles:
     """The geometry's own angles [rad] over each box and pose (N, m).
@@ -37,6 +41,7 @@ class Angles:
         place: joint 1 and the wrist point.
         triangle: upper arm, forearm, elbow.
         turn: first angle of the wrist: q4, or the pitch of the hand. fifth, sixth: q5, q6.
+        lacking: (N, m) rad, how far an oblique wrist is from being able to turn there.
     """
 
     place: Front
@@ -44,14 +49,17 @@ class Angles:
     turn: Ball
     fifth: Ball
     sixth: Ball
+    lacking: Floats
 
     @property
     def short(self) -> Floats:
-        """(N, m) m, by how much the pose is too far from the whole box, or (negative) too near."""
-        return self.triangle.short - self.place.short
+        """(N, m) m or rad, how far the pose is from being reached from anywhere in the box."""
+        short: Floats = self.triangle.short + self.place.short + self.lacking
+        return short
 
     def __getitem__(self, rows: Bools) -> Angles:
-        return Angles(self.place[rows], self.triangle[rows], self.turn[rows], self.fifth[rows], self.sixth[rows])
+        wrist = self.turn[rows], self.fifth[rows], self.sixth[rows], self.lacking[rows]
+        return Angles(self.place[rows], self.triangle[rows], *wrist)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -94,16 +102,16 @@ class Kinematics:
         if self.spherical:
             triangle = triangle_values(form.planar, x, y, bend)
             return Angles(place, triangle, *self._wrist(place.first, self._pitch(triangle), boxes))
-        turn, fifth, sixth = self._wrist(place.first, None, boxes)
+        turn, fifth, sixth, lacking = self._wrist(place.first, None, boxes)
         (hx, hy), (cos, sin) = form.planar.hand, cos_sin(turn)
         triangle = triangle_values(form.planar, x - (cos * hx + sin * hy), y - (cos * hy - sin * hx), bend)
-        return Angles(place, triangle, turn, fifth, sixth)
+        return Angles(place, triangle, turn, fifth, sixth, lacking)
 
     def _pitch(self, triangle: Triangle) -> Ball:
         """Turn of the forearm about n since q = 0."""
         return triangle.fore - (self.targets.form.planar.upper_angle + self.targets.form.planar.elbow_angle)
 
-    def _wrist(self, first: Ball, pitch: Ball | None, boxes: Boxes) -> tuple[Ball, Ball, Ball]:
+    def _wrist(self, first: Ball, pitch: Ball | None, boxes: Boxes) -> tuple[Ball, Ball, Ball, Floats]:
         """The wrist's three angles after joint 1 and, for spherical wrists, the pitch."""
         targets, wrist = self.targets, self.wrist
         h1, n, a = targets.form.axes[0], targets.form.n, wrist.first[0]
@@ -139,17 +147,17 @@ class Kinematics:
         if self.spherical:
             triangle = triangle_slopes(form.planar, angles.triangle, place.front, place.height)
             by_first, by_pitch, _ = self._wrist_rates(rates, angles)
-            wrist = tuple(place.first * one + triangle.fore * other for one, other in zip(by_first, by_pitch, strict=True))
+            wrist = [place.first * one + triangle.fore * other for one, other in zip(by_first, by_pitch, strict=True)]
         else:
             by_first, _, _ = self._wrist_rates(rates, angles)
-            wrist = tuple(place.first * one for one in by_first)
+            wrist = [place.first * one for one in by_first]
             (hx, hy), (cos, sin) = form.planar.hand, cos_sin(angles.turn)
             dx = place.front - wrist[0] * (cos * hy - sin * hx)
             dy = wrist[0] * (sin * hy + cos * hx) + place.height
             triangle = triangle_slopes(form.planar, angles.triangle, dx, dy)
         return AngleSlopes(place, triangle, (wrist[0], wrist[1], wrist[2]), rates)
 
-    def _wrist_rates(self, rates: WristRates, angles: Angles) -> tuple[tuple[Ball, ...], tuple[Ball, ...], tuple[Ball, ...]]:
+    def _wrist_rates(self, rates: WristRates, angles: Angles) -> tuple[Rates, Rates, Rates]:
         """What the wrist's angles do per unit of: q1, the pitch, and h1 turned about n as the pitch changes."""
         h1, n, (a, t, b) = self.targets.form.axes[0], self.targets.form.n, self.wrist.first
         if not self.spherical:
@@ -189,7 +197,8 @@ class Kinematics:
         form = self.targets.form
 
         def largest(slope: Ball) -> Floats:
-            return np.einsum("KNm,NK->Nm", slope.size, half)
+            step: Floats = np.einsum("KNm,NK->Nm", slope.size, half)
+            return step
 
         first, front = largest(slopes.place.first), largest(slopes.place.front)
         upper, fore = largest(slopes.triangle.upper), largest(slopes.triangle.fore)

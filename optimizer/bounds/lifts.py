@@ -95,4 +95,5 @@ def _breaks(links: Floats, impossible: Bools) -> Bools:
     poses = np.zeros((broken.shape[0], broken.shape[1] + 1), dtype=bool)
     poses[:, 1:] |= broken
     poses[:, :-1] |= broken
-    return (poses | ~np.any(poses, axis=1, keepdims=True)) & impossible[:, None]
+    poses |= ~np.any(poses, axis=1, keepdims=True)
+    return poses & impossible[:, None]

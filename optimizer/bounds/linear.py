@@ -1,6 +1,6 @@
 r"""The linearised problem of a box and what its solution proves.
 
-In a box the errors ``e = q - q*`` of the joints are ``ℓ(y) + δ`` with ℓ linear in y (base position relative to the
+In a box the errors ``e = q - q*`` of the joints are ``v(y) + δ`` with v linear in y (base position relative to the
 centre, and yaw shift of joint 1) and ``|δ| <= r``. For any numbers t and any multipliers μ, ν >= 0 every admissible
 path with its base in the box has
 
@@ -9,10 +9,10 @@ path with its base in the box has
 because a parabola lies above its tangents and the limits e̲ <= e <= ē hold. The right side is ``constant + Σ λ e`` with
 λ = 2 w t + μ - ν; with y between ``low`` and ``high`` its minimum is elementary:
 
-    Σ λ e >= Σ λ ℓ(0) + Σ_v min(g_v low_v, g_v high_v) - Σ |λ| r,     g = slopesᵀ λ.
+    Σ λ e >= Σ λ v(0) + Σ_v min(g_v low_v, g_v high_v) - Σ |λ| r,     g = slopesᵀ λ.
 
 Nothing more is needed for soundness: this is weak duality. t, μ, ν are good if they come from the minimiser of
-``Σ w ℓ² + K Σ violation²``, found by a few projected Newton steps: the gradient vanishes there for t = ℓ and
+``Σ w v² + K Σ violation²``, found by a few projected Newton steps: the gradient vanishes there for t = v and
 μ = 2K violation, so these are nearly optimal multipliers.
 """
 
@@ -34,7 +34,7 @@ class Linear:
     """The linearised problems of N boxes: P rows (joints times poses), V variables.
 
     Attributes:
-        error: (N, P) rad, ℓ(0). slopes: (N, P, V). rest: (N, P) rad, r.
+        error: (N, P) rad, v(0). slopes: (N, P, V). rest: (N, P) rad, r.
         weights: (N, P) w; 0 for rows that do not take part.
         limits: (2, N, P) rad, e̲ and ē; infinite where no multiplier may be used.
         low: (N, V) lower ends of the variables. high: (N, V) upper ends.
@@ -56,10 +56,11 @@ class Linear:
     @property
     def penalty(self) -> Floats:
         """(N, 1) K."""
-        return PENALTY * np.maximum(np.max(self.weights, axis=1, keepdims=True), 1e-6)
+        penalty: Floats = PENALTY * np.maximum(np.max(self.weights, axis=1, keepdims=True), 1e-6)
+        return penalty
 
     def line(self, y: Floats) -> Floats:
-        """(N, P) ℓ(y)."""
+        """(N, P) v(y)."""
         line: Floats = self.error + (self.slopes @ y[..., None])[..., 0]
         return line
 
@@ -69,7 +70,7 @@ class Linear:
         return over
 
     def minimiser(self, y: Floats) -> Floats:
-        """(N, V) about where ``Σ w ℓ² + K Σ violation²`` is smallest, starting from ``y``."""
+        """(N, V) about where ``Σ w v² + K Σ violation²`` is smallest, starting from ``y``."""
         y = np.clip(y, self.low, self.high)
         for _ in range(NEWTON_STEPS):
             y = self._newton(y)

@@ -44,8 +44,8 @@ def reachable_region(targets: Targets, bounds: Floats) -> Region:
     middle = level * form.planar.shoulder[1]
     offset = (form.offset + abs(lean) * (abs(middle) + up)) / level
     across = float(np.hypot(offset, abs(form.planar.shoulder[0]) + links))
-    centre = targets.wrist - np.array([0.0, 0.0, targets.sigma * middle])
-    half = np.array([across, across, up]) + SLACK
+    centre = (targets.wrist - np.array([0.0, 0.0, targets.sigma * middle])) @ targets.mount.T
+    half = np.abs(targets.mount) @ np.array([across, across, up]) + SLACK
     lows, highs = np.maximum(centre - half, bounds[:, 0]), np.minimum(centre + half, bounds[:, 1])
     low, high = np.max(lows, axis=0), np.min(highs, axis=0)
     culprits = np.zeros(len(centre), dtype=bool)

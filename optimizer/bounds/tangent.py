@@ -41,15 +41,16 @@ class Tangent:
     expected: Floats
 
 
-def tangent_bounds(rules: Rules, found: Enclosed, expansion: Expansion, costs: Floats) -> Tangent:
+def tangent_bounds(rules: Rules, half: Floats, found: Enclosed, expansion: Expansion, costs: Floats) -> Tangent:
     """Lower bounds of E.
 
     Args:
         rules: limits and objective.
+        half: (N, K) m, half sides of the boxes along the directions of the slopes.
         found: enclosed joint values. expansion: their second-order expansion.
         costs: (6, N) weighted first-order bounds, for the joints that cannot be linearised.
     """
-    linear, start, constant = _linearised(rules, found, expansion, costs)
+    linear, start, constant = _linearised(rules, half, found, expansion, costs)
     y = linear.minimiser(start)
     lower = np.maximum(linear.dual_value(y), 0.0) + constant
     expected = np.sum(linear.weights * linear.line(y) ** 2, axis=1) + constant
@@ -59,7 +60,7 @@ def tangent_bounds(rules: Rules, found: Enclosed, expansion: Expansion, costs: F
 
 
 def _linearised(
-    rules: Rules, found: Enclosed, expansion: Expansion, costs: Floats
+    rules: Rules, half: Floats, found: Enclosed, expansion: Expansion, costs: Floats
 ) -> tuple[Linear, Floats, Floats]:
     """The linear problem, (N, V) where to start from, and (N,) the cost of what is not in it."""
     values, linked = unwrapped(found.values, rules.max_step)
@@ -73,8 +74,10 @@ def _linearised(
     offset = (shift - rules.reference[:, None])[..., None]
     alone = np.stack([turn.alone for turn in turns])
     limits = np.stack(
-        [np.where(alone, (end - rules.reference)[:, None], open_end)[..., None]
-        for end, open_end in ((rules.lower, -np.inf), (rules.upper, np.inf))]
+        [
+            np.where(alone, (end - rules.reference)[:, None], open_end)[..., None]
+            for end, open_end in ((rules.lower, -np.inf), (rules.upper, np.inf))
+        ]
     )
     used = np.all(linked, axis=-1) & np.stack([turn.certain for turn in turns])
     fine = used[..., None] & found.regular & (expansion.rest < values.radius)
@@ -87,7 +90,8 @@ def _linearised(
     slopes[0, ..., dims] = 1.0
     limits = np.where(fine, limits, np.array([-np.inf, np.inf])[:, None, None, None])
     error, rest, weights = exact + offset, expansion.rest, rules.weights[:, None, None] * fine
-    if m > 1 and np.any(np.abs(np.diff(exact, axis=-1)) + values.radius[..., 1:] + values.radius[..., :-1] > rules.max_step):
+    spread = values.radius[..., 1:] + values.radius[..., :-1]
+    if np.any(np.abs(np.diff(values.centre, axis=-1)) + spread > rules.max_step):  # some step may be too large
         pair = _largest_step(exact)
         error = np.concatenate([error, _picked(error, pair + 1) - _picked(error, pair)], axis=-1)
         rise = [np.take_along_axis(slopes, (pair + k)[..., None], axis=2) for k in (0, 1)]
@@ -97,7 +101,6 @@ def _linearised(
         known = _picked(fine, pair) & _picked(fine, pair + 1)
         steps = np.where(known, rules.max_step, np.inf)
         limits = np.concatenate([limits, np.stack([-steps, steps])], axis=-1)
-    half = found.boxes.half[:, :dims]
     linear = Linear(
         error=_rows(error),
         slopes=slopes.swapaxes(0, 1).reshape(n, -1, dims + 1),
@@ -152,7 +155,7 @@ class _Turn:
 
 
 def _choose(values: Ball, lower: float, upper: float, reference: float, shifts: Shifts) -> _Turn:
-    """Choose among the stretches ``[start, start + width] + 2πk`` that leave every pose a chance to be inside its limits.
+    """Choose among the stretches ``[start, start + width] + 2πk`` that leave every pose a chance to keep its limits.
 
     Shifted by s, the path costs ``m (s - s*)²`` plus what does not depend on s, with s* = q* - mean of q.
     """

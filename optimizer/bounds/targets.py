@@ -1,4 +1,8 @@
-"""What the bounds need to know of a task: wrist points and orientations, seen from a base that is not turned."""
+"""What the bounds need to know of a task: wrist points and orientations, in axes of the base at yaw 0.
+
+A base may be mounted in any fixed orientation. The geometry is done in axes of the mount; for upright bases, hanging
+bases and bases on walls a box of positions is a box there too, for others the smallest box around it is taken.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +12,7 @@ import numpy as np
 
 from models.arrays import Floats
 from models.closed_form import ClosedForm
+from optimizer.bounds.boxes import Boxes
 from optimizer.reduced import ReducedProblem
 
 
@@ -17,15 +22,17 @@ class Targets:
 
     Attributes:
         form: the robot's closed form.
-        sigma: sense of joint 1 about the world's vertical; h1 is (0, 0, σ).
+        sigma: sense of joint 1 about the base's z axis; h1 is (0, 0, σ).
+        mount: (3, 3) base orientation in the world at yaw 0.
         wrist: (m, 3) m, position of W relative to axis 1 if the base stood at the world's origin.
         turned: (m, 3, 3) rotation that the six joints have to make together.
         last_axis: (m, 3) direction of axis 6, the same wherever the base stands.
-        dims: number of coordinates that may vary: 2, or 3 where z is free.
+        dims: number of coordinates along the mount's axes that may vary: 3, or 2 where the last one is fixed.
     """
 
     form: ClosedForm
     sigma: int
+    mount: Floats
     wrist: Floats
     turned: Floats
     last_axis: Floats
@@ -36,9 +43,22 @@ class Targets:
         """The targets of an arm's reduced problem."""
         form = problem.form
         turned = problem.rotations @ form.home_rotation.T
-        wrist = problem.positions + problem.rotations @ form.wrist_in_flange - form.origin
-        dims = 2 if problem.arm.base.z.fixed else 3
-        return Targets(form, problem.sigma, wrist, turned, turned @ form.axes[5], dims)
+        mount = problem.arm.mount
+        wrist = problem.positions @ mount + problem.rotations @ form.wrist_in_flange - form.origin
+        bounds = problem.arm.base.bounds[:3]
+        rises = float((bounds[:, 1] - bounds[:, 0]) @ np.abs(mount[:, 2])) > 1e-12
+        return Targets(form, problem.sigma, mount, wrist, turned, turned @ form.axes[5], 3 if rises else 2)
+
+    @property
+    def upright(self) -> bool:
+        """True if the mount's axes are the world's."""
+        return bool(np.array_equal(self.mount, np.eye(3)))
+
+    def local(self, boxes: Boxes) -> Boxes:
+        """Boxes along the mount's axes that hold ``boxes``, which lie along the world's."""
+        if self.upright:
+            return boxes
+        return Boxes(boxes.centre @ self.mount, boxes.half @ np.abs(self.mount), boxes.posture)
 
     @property
     def lean(self) -> float:

@@ -29,7 +29,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arrays import Bools, Floats, Ints
+from models.arrays import Bools, Floats
 from models.closed_form import Planar
 from optimizer.bounds.ball import Ball, bearing, cos_sin, distances, reciprocal
 
@@ -43,31 +43,30 @@ class Triangle:
 
     Attributes:
         upper: (N, m) rad, A. fore: (N, m) rad, B. elbow: (N, m) rad, ε. bend: (N, 1) k.
-        short: (N, m) m, how much too far (positive) or too near (negative) every end point is.
+        short: (N, m) m, how much too far or too near every end point is.
     """
 
     upper: Ball
     fore: Ball
     elbow: Ball
-    bend: Ints
+    bend: Floats
     short: Floats
 
     def __getitem__(self, rows: Bools) -> Triangle:
         return Triangle(self.upper[rows], self.fore[rows], self.elbow[rows], self.bend[rows], self.short[rows])
 
 
-def triangle_values(planar: Planar, x: Ball, y: Ball, bend: Ints) -> Triangle:
+def triangle_values(planar: Planar, x: Ball, y: Ball, bend: Floats) -> Triangle:
     """Enclose the triangle's angles for end points in the rectangle x, y (N, m), relative to the shoulder."""
     a, b = planar.upper, planar.fore
     near, far = distances(x, y)
-    short = np.maximum(near - (a + b), 0.0) - np.maximum(abs(a - b) - far, 0.0)
+    short = np.maximum(near - (a + b), 0.0) + np.maximum(abs(a - b) - far, 0.0)
     near, far = (np.clip(rho, max(abs(a - b), 1e-12), a + b) for rho in (near, far))
     elbow = Ball.between(*(np.arccos(np.clip((r * r - a * a - b * b) / (2.0 * a * b), -1.0, 1.0)) for r in (far, near)))
     towards = bearing(y, x)
-    sense = bend.astype(np.float64)
     return Triangle(
-        upper=towards - _end_angle(a, b, near, far) * sense,
-        fore=towards + _end_angle(b, a, near, far) * sense,
+        upper=towards - _end_angle(a, b, near, far) * bend,
+        fore=towards + _end_angle(b, a, near, far) * bend,
         elbow=elbow,
         bend=bend,
         short=short,

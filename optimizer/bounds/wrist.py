@@ -40,7 +40,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arrays import Bools, Floats, Ints
+from models.arrays import Bools, Floats
 from models.closed_form import ClosedForm
 from optimizer.bounds.ball import ANYTHING, Ball, bearing, cos_sin, reciprocal
 
@@ -110,9 +110,9 @@ def combined(one: Floats, other: Floats, lean: float) -> Floats:
 
 
 def wrist_values(
-    wrist: Wrist, seen: Floats, fore: Floats, moves: tuple[Floats, Floats], sign: Ints
-) -> tuple[Ball, Ball, Ball]:
-    """Enclose the first angle, q5 and q6 over each box and pose (N, m).
+    wrist: Wrist, seen: Floats, fore: Floats, moves: tuple[Floats, Floats], sign: Floats
+) -> tuple[Ball, Ball, Ball, Floats]:
+    """Enclose the first angle, q5 and q6 over each box and pose (N, m), and what an oblique wrist's cone lacks [rad].
 
     Args:
         wrist: constants.
@@ -122,10 +122,11 @@ def wrist_values(
         sign: (N, 1) sign of the wrist.
     """
     theta = np.arccos(np.clip(seen[0], -1.0, 1.0))
-    bend = Ball.between(
-        *(_bend(wrist, np.clip(theta + k * np.minimum(*moves), 0.0, np.pi)) for k in (-1.0, 1.0))
-    )
-    sense = (wrist.sense * sign).astype(np.float64)
+    low, high = (np.clip(theta + k * np.minimum(*moves), 0.0, np.pi) for k in (-1.0, 1.0))
+    bend = Ball.between(_bend(wrist, low), _bend(wrist, high))
+    narrowest, widest = (float(np.arccos(wrist.c4 * wrist.c6 + k * wrist.s4 * wrist.s6)) for k in (1.0, -1.0))
+    lacking = np.maximum(np.maximum(narrowest - high, low - widest), 0.0)
+    sense = wrist.sense * sign
     room, tilt = np.minimum(theta, np.pi - theta), np.sin(theta)
     azimuths = []
     for (along, beside), move in zip((seen[1:], fore), moves, strict=True):
@@ -133,7 +134,7 @@ def wrist_values(
         spread = np.arcsin(np.minimum(np.sin(np.minimum(move, 0.5 * np.pi)) / np.where(loose, 1.0, tilt), 1.0))
         azimuths.append(Ball(np.arctan2(beside, along), np.where(loose, ANYTHING, spread)))
     own = _own_azimuths(wrist, bend * sense, sense)
-    return azimuths[0] - own[0], bend * sense + wrist.zero, own[1] - azimuths[1]
+    return azimuths[0] - own[0], bend * sense + wrist.zero, own[1] - azimuths[1], lacking
 
 
 def _bend(wrist: Wrist, theta: Floats) -> Floats:
@@ -177,9 +178,9 @@ class WristRates:
         return WristRates(self.wrist, cos, sin, cot, csc, bend, self.regular[rows])
 
     @staticmethod
-    def at(wrist: Wrist, first: Ball, fifth: Ball, sign: Ints) -> WristRates:
+    def at(wrist: Wrist, first: Ball, fifth: Ball, sign: Floats) -> WristRates:
         """Prepare for enclosed angles (N, m) and the sign of the wrist (N, 1)."""
-        sense = (wrist.sense * sign).astype(np.float64)
+        sense = wrist.sense * sign
         bend = (fifth - wrist.zero) * sense
         low, high = bend.low, bend.high
         least = np.minimum(np.sin(low), np.sin(high))
@@ -212,7 +213,7 @@ class WristRates:
     def bending(self, first: Floats, fifth: Floats, sixth: Floats) -> tuple[Floats, Floats, Floats]:
         """Largest own second differentials (N, m), given the largest first ones of the three angles."""
         wrist, csc, cot = self.wrist, self.csc.size, self.cot.size
-        kappa, g = wrist.s4 * fifth, 0.0
+        kappa, g = wrist.s4 * fifth, np.zeros(1)
         if not wrist.square:
             g = (self.cos_bend * (-wrist.c4 / wrist.s4) + wrist.c6 / wrist.s6).size
             kappa = kappa + wrist.s4 * wrist.s6 * g * sixth

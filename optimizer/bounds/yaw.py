@@ -78,9 +78,7 @@ class ShiftCost:
     outside: Bools
 
 
-def shift_cost(
-    values: Ball, linked: Bools, lower: float, upper: float, reference: float, shifts: Shifts
-) -> ShiftCost:
+def shift_cost(values: Ball, linked: Bools, lower: float, upper: float, reference: float, shifts: Shifts) -> ShiftCost:
     """Bound the cost of joint 1.
 
     Args:
@@ -104,5 +102,5 @@ def shift_cost(
     middle = np.bincount(stretch, values.centre.ravel()) / lengths
     _, away = shifts.nearest(reference - middle, low, high)
     cost = np.maximum(np.sqrt(about + lengths * away**2) - radii, 0.0) ** 2
-    total: Floats = np.bincount(first // m, cost, minlength=n)
+    total = np.bincount(first // m, cost, minlength=n).astype(np.float64)
     return ShiftCost(total, np.isinf(shifts.nearest(np.zeros_like(least), least, most)[1]))

@@ -33,6 +33,7 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")  # 
 DASHES: tuple[Any, ...] = ("solid", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1, 1, 1)))
 PART = "#333333"
 SHARED = "#777777"
+REACH = "reach of the flange at task height"
 STYLE: Any = {  # keys of matplotlib's own list
     "font.size": 8.0,
     "axes.linewidth": 0.6,
@@ -178,7 +179,8 @@ def _draw_reach(axes: Axes, cell: Cell, arm: Arm, base_in_world: Floats, colour:
     x, y, z = base_in_world[:3, :3] @ centre + base_in_world[:3, 3]
     height = float(np.mean(cell.flange_targets(arm)[:, 2, 3])) - z
     ring = float(np.sqrt(max(radius**2 - height**2, 0.0)))
-    label = "reach of the flange at task height" if arm is cell.arms[0] else None
+    named = any(patch.get_label() == REACH for patch in axes.patches)
+    label = None if named else REACH
     axes.add_patch(Circle((x, y), ring, fc=colour, ec="none", alpha=0.05, zorder=0))
     axes.add_patch(Circle((x, y), ring, fill=False, ec=colour, lw=0.6, ls=(0, (1, 3)), zorder=1, label=label))
 
@@ -197,7 +199,7 @@ def _draw_part(axes: Axes, cell: Cell) -> None:
         length = float(np.linalg.norm(outward))
         offset = 9.0 * outward / length if length > 0.0 else np.array([9.0, 9.0]) * (1.0 if index else -1.0)
         axes.annotate(
-            str(index % len(poses) + 1),
+            str(index % len(poses)),  # counted from 0, as reasons and joints are
             (x[index], y[index]),
             xytext=(offset[0], offset[1]),
             textcoords="offset points",
@@ -211,7 +213,8 @@ def _draw_part(axes: Axes, cell: Cell) -> None:
 
 def _set_up(axes: Axes, cell: Cell, result: Mapping[str, Any]) -> None:
     """Scale, grid, title, legend."""
-    _choose_view(axes)
+    placed = {arm["name"] for arm in result["arms"]}
+    _choose_view(axes, [arm for arm in cell.arms if arm.name not in placed])
     axes.set_axisbelow(True)
     axes.grid(visible=True, color="#dddddd", lw=0.4)
     axes.set_xlabel("x [m]")
@@ -222,12 +225,15 @@ def _set_up(axes: Axes, cell: Cell, result: Mapping[str, Any]) -> None:
     axes.legend(loc="upper left", bbox_to_anchor=(0.0, -0.09), ncols=columns, frameon=False, fontsize=7.0)
 
 
-def _choose_view(axes: Axes) -> None:
-    """A square around the task and the placed arms with their reach; a wide region may run out of the picture."""
-    boxes = [patch.get_extents().transformed(axes.transData.inverted()) for patch in axes.patches]
-    circles = [box for box, patch in zip(boxes, axes.patches, strict=True) if isinstance(patch, Circle)]
-    corners = [np.asarray(box.get_points()) for box in circles or boxes]  # without a placed arm: the regions
-    points = np.vstack([*corners, *(np.asarray(line.get_xydata()) for line in axes.lines)])
+def _choose_view(axes: Axes, unplaced: list[Arm]) -> None:
+    """A square around the task, the placed arms with their reach, and the regions in which an arm found no place.
+
+    The region of a placed arm may run out of the picture.
+    """
+    patches = [patch for patch in axes.patches if isinstance(patch, Circle)]
+    rings = [np.asarray(p.get_extents().transformed(axes.transData.inverted()).get_points()) for p in patches]
+    regions = [arm.base.bounds[:2].T for arm in unplaced]
+    points = np.vstack([*rings, *regions, *(np.asarray(line.get_xydata()) for line in axes.lines)])
     low, high = points.min(axis=0), points.max(axis=0)
     middle, half = 0.5 * (low + high), 0.54 * max(float(np.max(high - low)), 0.5)
     axes.set_xlim(middle[0] - half, middle[0] + half)

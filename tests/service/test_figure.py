@@ -118,6 +118,20 @@ def test_an_infeasible_layout_shows_what_there_is(resource: dict[str, Any]) -> N
     labels = {line.get_label() for line in axes.lines}
     assert "follower: puma560" in labels
     assert "main: puma560" not in labels
+    assert "reach of the flange at task height" in {patch.get_label() for patch in axes.patches}
+
+
+def test_the_region_without_a_place_is_in_the_picture(resource: dict[str, Any]) -> None:
+    resource["result"] = {"outcome": "infeasible", "objective": None, "arms": resource["result"]["arms"][1:]}
+    resource["request"]["arms"][0]["base"] |= {"x": [4.0, 5.0], "y": [3.0, 6.0]}
+    axes = drawn(resource)
+    assert axes.get_xlim()[0] < 0.5 < 5.0 < axes.get_xlim()[1]
+    assert axes.get_ylim()[1] > 6.0
+
+
+def test_the_ends_of_the_path_are_numbered_as_in_the_answer(resource: dict[str, Any]) -> None:
+    count = len(resource["request"]["task"]["poses"])
+    assert [text.get_text() for text in drawn(resource).texts[-2:]] == ["0", str(count - 1)]
 
 
 @pytest.mark.parametrize("suffix", [".svg", ".png", ".pdf"])

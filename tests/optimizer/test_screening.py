@@ -89,9 +89,7 @@ def test_candidates_of_one_posture_stand_apart():
         for b in kept[:i]:
             assert a.signs != b.signs or np.any(np.abs(a.position - b.position) > spacing)
     for dropped in (c for c in candidates if c not in kept):
-        assert any(
-            dropped.signs == k.signs and np.all(np.abs(dropped.position - k.position) <= spacing) for k in kept
-        )
+        assert any(dropped.signs == k.signs and np.all(np.abs(dropped.position - k.position) <= spacing) for k in kept)
 
 
 def test_improvement_never_makes_a_candidate_worse():

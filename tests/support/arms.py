@@ -107,3 +107,8 @@ def skew_rows(angle: float) -> list[DhRow]:
         DhRow(pi / 2, 0.0, 0.0, -3.0, 3.0),
         DhRow(0.0, 0.0, 0.1, -3.0, 3.0),
     ]
+
+
+def skew_robot() -> Robot:
+    """`skew_rows` at 60°."""
+    return robot_from_dh("skew", skew_rows(1.05))

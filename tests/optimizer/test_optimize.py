@@ -263,13 +263,23 @@ def test_endless_joints_have_no_margin_no_weight_and_no_jumps(name, endless):
 
 
 def test_a_thousand_poses():
-    task = possible("puma560", np.random.default_rng(12), poses=1000, step=0.0008, half=(0.5, 0.5, 0.0, FREE))
+    task = possible("ur10e", np.random.default_rng(2), poses=1000, step=0.0008, half=(0.5, 0.5, 0.0, FREE))
     layout = solved(task.cell)
     witness = float(np.sum(task.arm.weights * (task.joints - task.arm.reference) ** 2))
     assert layout.objective <= witness
     few = replace(task.cell, task=Task(task.cell.task.poses[::111]))
     position = optimize(few).placements[0].position
     assert layout.placements[0].position == pytest.approx(position, abs=0.05)
+
+
+def test_a_long_path_along_the_edge_of_the_workspace_does_not_use_up_the_time():
+    """The best-looking starts stretch the arm at poses that the screening did not sample; others are fine."""
+    task = possible("puma560", np.random.default_rng(12), poses=1000, step=0.0008, half=(0.5, 0.5, 0.0, FREE))
+    layout = optimize(task.cell, Settings(time_limit=8.0))
+    assert layout.outcome is not Outcome.INFEASIBLE, [reason.detail for reason in layout.reasons]
+    witness = float(np.sum(task.arm.weights * (task.joints - task.arm.reference) ** 2))
+    assert layout.objective <= witness
+    assert layout.search.wall_time < 10.0
 
 
 SCRIPT = """

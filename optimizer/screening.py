@@ -11,14 +11,20 @@ from models.posture import ALL_SIGNS
 from optimizer.box import spread
 from optimizer.reduced import Paths, ReducedProblem, conditioning_shortfall, evaluate, evaluate_signed
 
-SAMPLED_POSES = 16
+SAMPLED_POSES = 32
 """Poses a long task is screened with; what comes out is checked on all of them."""
-POINTS = {0: 1, 1: 128, 2: 256, 3: 1024}
+POINTS = {0: 1, 1: 64, 2: 128, 3: 1024}
 """Base positions of the first round by number of free coordinates; each has eight postures."""
 ROUNDS = 4
 """A later round has four times the points of the one before, and is run only while nothing usable was found."""
-PICKED = 10
-"""Candidates improved together."""
+VALLEYS, NEIGHBOURS, LOOKED_AT = 5, 1.6, 512
+"""Valleys followed per posture; spacings within which points are neighbours; points of a posture looked at."""
+MORE_USABLE = 3
+"""Usable candidates improved beside the valleys, which may lie outside the limits."""
+CLOUD = 10
+"""Points strewn around each of them; the cloud shrinks to half in each step."""
+ALL_STEPS, LAST_STEPS, LAST = 2, 3, 10
+"""Steps with all candidates, and further ones with the best of them."""
 CHUNK = 1024
 """Positions evaluated at once, to bound memory."""
 CONDITIONED = 512
@@ -91,24 +97,40 @@ def _spacing(box: Floats, count: int) -> Floats:
 
 
 def _pick(problem: ReducedProblem, points: Floats, spacing: Floats) -> list[Candidate]:
-    """The best points of a spread, more than one spacing apart where they share a posture; half of them usable ones."""
+    """The valleys of every posture, and the best usable points."""
     parts = [evaluate(problem, points[at : at + CHUNK]) for at in range(0, len(points), CHUNK)]
     objective = np.concatenate([part.objective for part in parts], axis=1)
     violation = np.concatenate([part.violation for part in parts], axis=1)
     if problem.arm.min_conditioning is not None:
         _add_shortfall(problem, parts, objective, violation)
-    usable = np.where(violation > 0.0, np.inf, objective)
     score = problem.score(objective, violation)
-    picked: list[tuple[int, int]] = []
-    for values, number in ((usable, PICKED // 2), (score, PICKED)):
-        open_ = values.copy()
-        for k, i in picked:
-            open_[k, _near(points, points[i], spacing)] = np.inf
-        while len(picked) < number and np.isfinite(np.min(open_)):
-            k, i = (int(index) for index in np.unravel_index(np.argmin(open_), open_.shape))
-            picked.append((k, i))
-            open_[k, _near(points, points[i], spacing)] = np.inf
+    picked = [(k, i) for k in range(len(score)) for i in _valleys(score[k], points, spacing)]
+    _take(picked, np.where(violation > 0.0, np.inf, objective), points, spacing, MORE_USABLE)
     return [Candidate(points[i], ALL_SIGNS[k], float(objective[k, i]), float(violation[k, i])) for k, i in picked]
+
+
+def _valleys(score: Floats, points: Floats, spacing: Floats) -> list[int]:
+    """The best points of one posture that no neighbour betters: one for each valley the spread can tell apart."""
+    best = np.argsort(score, kind="stable")[:LOOKED_AT]
+    best = best[np.isfinite(score[best])]
+    if not len(best):
+        return []
+    apart = np.abs(points[best][:, None, :] - points[best]) <= NEIGHBOURS * spacing
+    better = np.tril(np.all(apart, axis=2), -1)  # points are in order: an earlier one is better
+    return [int(i) for i in best[~np.any(better, axis=1)][:VALLEYS]]
+
+
+def _take(picked: list[tuple[int, int]], values: Floats, points: Floats, spacing: Floats, number: int) -> None:
+    """Add to ``picked`` the best (posture, point) of ``values`` (8, N), apart from those of its posture."""
+    open_ = values.copy()
+    for k, i in picked:
+        open_[k, _near(points, points[i], spacing)] = np.inf
+    for _ in range(number):
+        k, i = (int(index) for index in np.unravel_index(np.argmin(open_), open_.shape))
+        if not np.isfinite(open_[k, i]):
+            break
+        picked.append((k, i))
+        open_[k, _near(points, points[i], spacing)] = np.inf
 
 
 def _add_shortfall(problem: ReducedProblem, parts: list[Paths], objective: Floats, violation: Floats) -> None:
@@ -143,33 +165,31 @@ def improve(problem: ReducedProblem, candidates: list[Candidate], box: Floats, s
     """
     if not candidates or not np.any(spacing > 0.0):
         return candidates
-    cloud = 2.0 * spread(np.array([[0.0, 1.0]] * 3), 16, 7) - 1.0
+    cloud = 2.0 * spread(np.array([[0.0, 1.0]] * 3), CLOUD, 7) - 1.0
     cloud[0] = 0.0
-    signs = np.repeat(np.array([c.signs for c in candidates], dtype=np.int64), len(cloud), axis=0)
-    centres = np.array([c.position for c in candidates])
-    radius = spacing.copy()
-    best = candidates
-    for _ in range(6):
+    best, radius = candidates, spacing
+    for step in range(ALL_STEPS + LAST_STEPS):
+        if step == ALL_STEPS:
+            best = sorted(best, key=lambda c: scored(problem, c))[:LAST]
+        centres = np.array([c.position for c in best])
+        signs = np.repeat(np.array([c.signs for c in best], dtype=np.int64), CLOUD, axis=0)
         points = np.clip(centres[:, None, :] + cloud * radius, box[:, 0], box[:, 1])
         paths = evaluate_signed(problem, points.reshape(-1, 3), signs)
         if problem.arm.min_conditioning is not None:
             paths.jump[0] += conditioning_shortfall(problem, paths.joints[:, 0])
-        best, centres = _keep_best(problem, points, paths, candidates)
-        radius *= 0.5
+        best = _keep_best(problem, points, paths, best)
+        radius = 0.5 * radius
     return best
 
 
-def _keep_best(
-    problem: ReducedProblem, points: Floats, paths: Paths, candidates: list[Candidate]
-) -> tuple[list[Candidate], Floats]:
-    """Best point of each cloud (K, 16, 3)."""
+def _keep_best(problem: ReducedProblem, points: Floats, paths: Paths, candidates: list[Candidate]) -> list[Candidate]:
+    """Best point of each cloud (K, CLOUD, 3)."""
     shape = points.shape[:2]
     objective, violation = paths.objective[0].reshape(shape), paths.violation[0].reshape(shape)
     winner: Ints = np.argmin(problem.score(objective, violation), axis=1)
     rows = np.arange(len(points))
     chosen = points[rows, winner]
-    best = [
+    return [
         Candidate(chosen[k], candidates[k].signs, float(objective[k, winner[k]]), float(violation[k, winner[k]]))
         for k in rows
     ]
-    return best, chosen

@@ -22,7 +22,7 @@ from optimizer.screening import ROUNDS, Candidate, Screen, scored, screen
 from optimizer.settings import CertificateSettings, Settings
 from optimizer.verify import check
 
-STARTS = 6
+STARTS = 8
 """Local solves of an arm with a reduced problem; twice as many where none of them ends in a usable point."""
 GENERAL_STARTS = 10
 """Local solves of an arm without one: its branches are only sampled."""
@@ -32,6 +32,8 @@ DECIDE_TIME, DECIDE_GAP = 5.0, 1e-3
 """s and relative gap of the branch and bound that decides whether a task without a usable candidate is possible."""
 LEVEL = 1e-3
 """Relative rise of the cost that counts as level."""
+WAY = np.linspace(0.0, 1.0, 9)
+"""Places looked at on the way from a candidate to an optimum."""
 LONG_TASK = 200
 """Poses from which on only half as many starts are solved."""
 
@@ -119,36 +121,51 @@ def _solve_candidates(cell: Cell, search: ArmSearch, problem: ReducedProblem, fo
     """Solve from the candidates that can lead to something better than what is known."""
     most = STARTS if len(problem.positions) < LONG_TASK else STARTS // 2
     optima: list[tuple[float, ArmPoint]] = []
-    for candidate in _worth_solving(found):
-        if search.starts >= most * (1 if optima else 2):
-            break
-        if any(_leads_to(found.problem, candidate, point) for _, point in optima):
-            continue
-        optima += _solve(cell, search, path_from(problem, candidate.position, candidate.signs), deadline)
-        if not search.finished:
-            break
+    waiting = _worth_solving(found, problem)
+    while waiting and search.finished and search.starts < most * (1 if optima else 2):
+        candidate = waiting.pop(0)
+        reached = _solve(cell, search, path_from(problem, candidate.position, candidate.signs), deadline)
+        optima += reached
+        for _, point in reached:
+            waiting = _elsewhere(found.problem, waiting, point)
     _keep(search, optima)
 
 
-def _worth_solving(found: Screen) -> list[Candidate]:
-    """Candidates with a chance to be the best, the best of every posture first."""
-    usable = [c.objective for c in found.candidates if c.violation == 0.0]
-    worth = [c for c in found.candidates if not usable or scored(found.problem, c) <= WORTH * min(usable)]
-    first_of_posture = [c for i, c in enumerate(worth) if all(c.signs != other.signs for other in worth[:i])]
-    return first_of_posture + [c for c in worth if c not in first_of_posture]
+def _worth_solving(found: Screen, problem: ReducedProblem) -> list[Candidate]:
+    """Candidates with a chance to be the best, scored on the whole task, best first."""
+    if not found.candidates:
+        return []
+    positions = np.array([c.position for c in found.candidates])
+    paths = evaluate_signed(problem, positions, np.array([c.signs for c in found.candidates]))
+    whole = [
+        Candidate(c.position, c.signs, float(objective), float(violation))
+        for c, objective, violation in zip(found.candidates, paths.objective[0], paths.violation[0], strict=True)
+    ]
+    usable = [c.objective for c in whole if c.violation == 0.0]
+    most = WORTH * min(usable) if usable else np.inf
+    return sorted((c for c in whole if scored(problem, c) <= most), key=lambda c: scored(problem, c))
 
 
-def _leads_to(problem: ReducedProblem, candidate: Candidate, optimum: ArmPoint) -> bool:
-    """True if the cost falls along the straight line from a usable candidate to an optimum: they share a basin.
+def _elsewhere(problem: ReducedProblem, candidates: list[Candidate], optimum: ArmPoint) -> list[Candidate]:
+    """Candidates that are not in the basin of an optimum.
 
-    The last bit may rise a little: the optimum is one of the whole task, the cost here that of its sample.
+    In its basin is a usable candidate of the same posture from which the cost falls along the straight line to the
+    optimum. It may rise a little: the optimum is one of the whole task, the cost here that of its sample.
     """
-    if candidate.violation > 0.0 or optimum.signs != candidate.signs:
-        return False
-    way = candidate.position + np.linspace(0.0, 1.0, 9)[:, None] * (optimum.position - candidate.position)
-    paths = evaluate_signed(problem, way, np.tile(np.array(candidate.signs), (len(way), 1)))
-    falling = np.all(np.diff(paths.objective[0]) <= LEVEL * paths.objective[0, 0])
-    return bool(falling and np.all(paths.violation[0, :-1] == 0.0))
+    if not candidates:
+        return []
+    places = np.array([candidate.position for candidate in candidates])
+    signs = np.array([candidate.signs for candidate in candidates])
+    ways = places[:, None, :] + WAY[:, None] * (optimum.position - places)[:, None, :]
+    paths = evaluate_signed(problem, ways.reshape(-1, 3), np.repeat(signs, len(WAY), axis=0))
+    objective = paths.objective[0].reshape(len(places), -1)
+    usable = np.all(paths.violation[0].reshape(len(places), -1)[:, :-1] == 0.0, axis=1)
+    falling = np.all(np.diff(objective, axis=1) <= LEVEL * objective[:, :1], axis=1)
+    return [
+        candidate
+        for candidate, same_basin in zip(candidates, usable & falling, strict=True)
+        if not (same_basin and candidate.signs == optimum.signs)
+    ]
 
 
 def path_from(problem: ReducedProblem, position: Floats, signs: tuple[int, int, int]) -> ArmPoint:

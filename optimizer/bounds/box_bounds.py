@@ -12,8 +12,9 @@ from optimizer.bounds.expansion import Enclosed, enclose, expand
 from optimizer.bounds.joints import SLACK, Kinematics
 from optimizer.bounds.lifts import cheapest_lifts
 from optimizer.bounds.rules import Rules
-from optimizer.bounds.tangent import tangent_bounds
+from optimizer.bounds.tangent import FirstOrder, tangent_bounds
 from optimizer.bounds.targets import Targets
+from optimizer.bounds.twist import twist_cost, twist_of
 from optimizer.bounds.yaw import shift_cost, torn, unwrapped
 from optimizer.reduced import ReducedProblem
 
@@ -109,7 +110,7 @@ class BoxBounder:
             return
         enclosed = enclose(self.kinematics, local[~lost], angles[~lost])
         costs = self._first_order(enclosed, found, rows)
-        found.lower[rows] = np.sum(costs, axis=0)
+        found.lower[rows] = costs.total
         keep = found.lower[rows] < cutoff
         if np.any(keep):
             enclosed, rows, half = enclosed[keep], rows[keep], boxes.half[~lost][keep]
@@ -118,15 +119,16 @@ class BoxBounder:
                 half = half[:, : targets.dims]
             else:
                 expansion = expansion.in_world(targets.mount)
-            tangent = tangent_bounds(self.rules, half, enclosed, expansion, costs[:, keep])
+            tangent = tangent_bounds(self.rules, half, enclosed, expansion, costs[keep])
             found.lower[rows] = np.maximum(found.lower[rows], tangent.lower)
             found.expected[rows] = tangent.expected
             found.promising[rows, : tangent.step.shape[1]] += tangent.step
 
-    def _first_order(self, enclosed: Enclosed, found: BoxBounds, rows: Ints) -> Floats:
-        """(6, n) cost of each joint by the size of its interval; inf, and noted, where that allows no path."""
+    def _first_order(self, enclosed: Enclosed, found: BoxBounds, rows: Ints) -> FirstOrder:
+        """Cost of each joint by the size of its interval; inf, and noted, where that allows no path."""
         rules = self.rules
         costs = np.zeros((6, len(rows)))
+        each = np.zeros((6, *enclosed.values.centre.shape[1:]))
         for i in range(6):
             values, joint = enclosed.values[i], (rules.lower[i], rules.upper[i], rules.reference[i])
             if i == 0:
@@ -137,10 +139,25 @@ class BoxBounder:
                 apart |= np.isinf(shifted.cost)[:, None]
             else:
                 lifted = cheapest_lifts(values, *joint, rules.max_step)
-                cost, outside, apart = lifted.cost, lifted.outside, lifted.apart
-            costs[i] = np.where(np.isinf(cost), np.inf, rules.weights[i] * np.where(np.isinf(cost), 0.0, cost))
+                cost, outside, apart = lifted.cost, np.isinf(lifted.each), lifted.apart
+                each[i] = np.where(outside, 0.0, rules.weights[i] * np.where(outside, 0.0, lifted.each))
             lost = np.isinf(cost)
-            single = np.any(outside, axis=1)
-            found.causes[i + 1, rows[lost]] = np.where(single, LIMIT, PATH)[lost]
-            found.poses[i + 1, rows[lost]] = np.where(single[:, None], outside, apart)[lost]
-        return costs
+            costs[i] = np.where(lost, np.inf, rules.weights[i] * np.where(lost, 0.0, cost))
+            self._note(found, rows, i, lost, outside, apart)
+        twist = np.zeros(len(rows))
+        stuck = ~np.all(enclosed.regular[3], axis=-1) & np.all(np.isfinite(costs), axis=0)
+        if self.kinematics.twists and np.any(stuck):
+            cost = twist_cost(twist_of(self.kinematics, enclosed.angles[stuck]), rules)
+            outside = np.isinf(cost)
+            lost = np.any(outside, axis=1)
+            self._note(found, rows[stuck], 5, lost, outside, outside)
+            together = np.sum(np.maximum(cost, each[3, stuck] + each[5, stuck]), axis=1)
+            twist[stuck] = np.maximum(together - costs[3, stuck] - costs[5, stuck], 0.0)
+        return FirstOrder(costs, twist)
+
+    @staticmethod
+    def _note(found: BoxBounds, rows: Ints, joint: int, lost: Bools, outside: Bools, apart: Bools) -> None:
+        """Note that a joint rules boxes out: by its limits at single poses, or else by its path."""
+        single = np.any(outside, axis=1)
+        found.causes[joint + 1, rows[lost]] = np.where(single, LIMIT, PATH)[lost]
+        found.poses[joint + 1, rows[lost]] = np.where(single[:, None], outside, apart)[lost]

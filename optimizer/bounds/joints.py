@@ -93,6 +93,11 @@ class Kinematics:
         """True for spherical wrists, False for three parallel axes."""
         return self.targets.form.kind == "spherical-wrist"
 
+    @property
+    def twists(self) -> bool:
+        """True if joints 4 and 6 can turn about the same line."""
+        return self.spherical and self.wrist.square
+
     def angles(self, boxes: Boxes) -> Angles:
         """Enclose the angles over each box; exact up to rounding for boxes of size zero."""
         form = self.targets.form
@@ -101,13 +106,13 @@ class Kinematics:
         x, y = place.front - form.planar.shoulder[0], place.height - form.planar.shoulder[1]
         if self.spherical:
             triangle = triangle_values(form.planar, x, y, bend)
-            return Angles(place, triangle, *self._wrist(place.first, self._pitch(triangle), boxes))
+            return Angles(place, triangle, *self._wrist(place.first, self.pitch(triangle), boxes))
         turn, fifth, sixth, lacking = self._wrist(place.first, None, boxes)
         (hx, hy), (cos, sin) = form.planar.hand, cos_sin(turn)
         triangle = triangle_values(form.planar, x - (cos * hx + sin * hy), y - (cos * hy - sin * hx), bend)
         return Angles(place, triangle, turn, fifth, sixth, lacking)
 
-    def _pitch(self, triangle: Triangle) -> Ball:
+    def pitch(self, triangle: Triangle) -> Ball:
         """Turn of the forearm about n since q = 0."""
         return triangle.fore - (self.targets.form.planar.upper_angle + self.targets.form.planar.elbow_angle)
 
@@ -127,6 +132,18 @@ class Kinematics:
         across = np.einsum("jab,kb->kaj", targets.turned, wrist.last[1:])  # t6 and b6 in the world, (2, 3, m)
         fore = np.einsum("kaj,aNj->kNj", across, _turned(axis, h1, first.centre))
         return wrist_values(wrist, np.tensordot(wrist.first, seen, 1), fore, moves, boxes.sign(2))
+
+    def across_wrist(self, first: Floats, pitch: Floats) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
+        """Of the rotation that a spherical wrist makes: rows t and b before it, columns t6 and b6 behind it (N, m)."""
+        targets, wrist = self.targets, self.wrist
+        h1, n = targets.form.axes[0], targets.form.n
+        columns = []
+        for axis in wrist.last[1:]:
+            behind = np.broadcast_to((targets.turned @ axis).T[:, None], (3, *first.shape))
+            seen = _turned(_turned(behind, h1, -first), n, -pitch)
+            columns.append(np.tensordot(wrist.first[1:], seen, 1))
+        (m11, m21), (m12, m22) = columns
+        return (m11, m12), (m21, m22)
 
     def joint_values(self, angles: Angles) -> Ball:
         """(6, N, m) rad, joint values at yaw 0, modulo 2π."""
@@ -163,7 +180,7 @@ class Kinematics:
         if not self.spherical:
             return rates.cancelling(float(h1 @ n), (float(h1 @ t), float(h1 @ b))), (), ()
         lean = self.targets.lean
-        cos, sin = cos_sin(self._pitch(angles.triangle))
+        cos, sin = cos_sin(self.pitch(angles.triangle))
         # Components of h1 seen from the forearm, and of their derivative with respect to the pitch.
         level = [(float(h1 @ x - lean * (n @ x)), float(h1 @ np.cross(n, x)), lean * float(n @ x)) for x in (a, t, b)]
         along, *across = (cos * p + sin * q + r for p, q, r in level)

@@ -29,12 +29,12 @@ class Lifted:
 
     Attributes:
         cost: (N,) lower bound of ``Σ_j (q_j - q*)²``, inf where no path exists.
-        outside: (N, m) True where no lift brings the pose inside the limits.
+        each: (N, m) lower bound of ``(q_j - q*)²``, inf where no lift brings the pose inside the limits.
         apart: (N, m) True at the first pose that no chain reaches from the poses before, and at the pose before it.
     """
 
     cost: Floats
-    outside: Bools
+    each: Floats
     apart: Bools
 
 
@@ -51,8 +51,8 @@ def cheapest_lifts(values: Ball, lower: float, upper: float, reference: float, m
     count = (upper - lower) / TURN + 2.0
     if not count < MOST_LIFTS + 1:
         off = np.abs(centre - reference - TURN * np.round((centre - reference) / TURN))
-        nowhere = np.zeros(centre.shape, dtype=bool)
-        return Lifted(np.sum(np.maximum(off - radius, 0.0) ** 2, axis=-1), nowhere, nowhere)
+        each = np.maximum(off - radius, 0.0) ** 2
+        return Lifted(np.sum(each, axis=-1), each, np.zeros(centre.shape, dtype=bool))
     open_end = radius >= np.pi
     centre = np.where(open_end, 0.5 * (lower + upper), centre)
     radius = np.where(open_end, 0.5 * (upper - lower), radius)
@@ -69,7 +69,7 @@ def cheapest_lifts(values: Ball, lower: float, upper: float, reference: float, m
     apart = np.abs(lifted[:, None, :, :-1] - lifted[None, :, :, 1:])  # (from, to, N, m-1)
     links = np.where(apart <= reach, cost[None, :, :, 1:], np.inf) + np.where(possible, 0.0, np.inf)[:, None, :, :-1]
     total = np.min(cost[:, None, :, 0] + _joined(links), axis=(0, 1))
-    return Lifted(total, ~np.any(possible, axis=0), _breaks(links, np.isinf(total)))
+    return Lifted(total, np.min(cost, axis=0), _breaks(links, np.isinf(total)))
 
 
 def _joined(links: Floats) -> Floats:

@@ -28,6 +28,28 @@ _TURNS = Shifts(start=0.0, width=0.0, free=False)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class FirstOrder:
+    """What the intervals of joint values cost at least, over N boxes.
+
+    Attributes:
+        joints: (6, N) weighted cost of each joint.
+        twist: (N,) what joints 4 and 6 cost more together than one by one.
+    """
+
+    joints: Floats
+    twist: Floats
+
+    def __getitem__(self, rows: Bools) -> FirstOrder:
+        return FirstOrder(self.joints[:, rows], self.twist[rows])
+
+    @property
+    def total(self) -> Floats:
+        """(N,) lower bound of E."""
+        total: Floats = np.sum(self.joints, axis=0) + self.twist
+        return total
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Tangent:
     """What the linearised problem says of N boxes.
 
@@ -41,14 +63,14 @@ class Tangent:
     expected: Floats
 
 
-def tangent_bounds(rules: Rules, half: Floats, found: Enclosed, expansion: Expansion, costs: Floats) -> Tangent:
+def tangent_bounds(rules: Rules, half: Floats, found: Enclosed, expansion: Expansion, costs: FirstOrder) -> Tangent:
     """Lower bounds of E.
 
     Args:
         rules: limits and objective.
         half: (N, K) m, half sides of the boxes along the directions of the slopes.
         found: enclosed joint values. expansion: their second-order expansion.
-        costs: (6, N) weighted first-order bounds, for the joints that cannot be linearised.
+        costs: first-order bounds, for the joints that cannot be linearised.
     """
     linear, start, constant = _linearised(rules, half, found, expansion, costs)
     y = linear.minimiser(start)
@@ -60,7 +82,7 @@ def tangent_bounds(rules: Rules, half: Floats, found: Enclosed, expansion: Expan
 
 
 def _linearised(
-    rules: Rules, half: Floats, found: Enclosed, expansion: Expansion, costs: Floats
+    rules: Rules, half: Floats, found: Enclosed, expansion: Expansion, costs: FirstOrder
 ) -> tuple[Linear, Floats, Floats]:
     """The linear problem, (N, V) where to start from, and (N,) the cost of what is not in it."""
     values, linked = unwrapped(found.values, rules.max_step)
@@ -83,7 +105,8 @@ def _linearised(
     fine = used[..., None] & found.regular & (expansion.rest < values.radius)
     unavoidable = _distance(values + offset, limits) ** 2 * rules.weights[:, None, None]
     unavoidable[0] = 0.0
-    constant = np.sum(np.where(used, np.sum(np.where(fine, 0.0, unavoidable), axis=-1), costs), axis=0)
+    constant = np.sum(np.where(used, np.sum(np.where(fine, 0.0, unavoidable), axis=-1), costs.joints), axis=0)
+    constant += np.where(used[3] | used[5], 0.0, costs.twist)
 
     slopes = np.zeros((6, n, m, dims + 1))
     slopes[..., :dims] = np.moveaxis(expansion.slopes, 1, -1)

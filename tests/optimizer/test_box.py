@@ -104,9 +104,10 @@ def test_spread_points_are_in_the_box_and_fixed_sides_stay(sides, seed):
     assert np.all(points >= box[:, 0])
     assert np.all(points <= box[:, 1])
     assert np.array_equal(points, spread(box, 16, seed))
-    for i in np.flatnonzero(free):  # one point in each sixteenth of every side: Sobol's balance
-        strata = np.floor((points[:, i] - box[i, 0]) / (box[i, 1] - box[i, 0]) * 16 * (1 - 1e-12)).astype(int)
-        assert len(set(strata)) >= 14
+    many = spread(box, 256, seed)
+    for i in np.flatnonzero(free):  # sixteen points in each sixteenth of every side, more or less
+        part = np.minimum(16.0 * (many[:, i] - box[i, 0]) / (box[i, 1] - box[i, 0]), 15.0).astype(int)
+        assert np.bincount(part, minlength=16).min() >= 8
 
 
 def test_other_seeds_give_other_points():

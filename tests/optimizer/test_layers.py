@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ def test_the_cheapest_path_through_random_layers_is_found(seed, sizes, max_step)
     def total(path) -> float:
         chosen = [layer[k] for layer, k in zip(layers, path, strict=True)]
         cost = sum(c[k] for c, k in zip(costs, path, strict=True))
-        steps = [np.abs(wrapped(b - a)).max() for a, b in zip(chosen, chosen[1:], strict=False)]
+        steps = [np.abs(wrapped(b - a)).max() for a, b in pairwise(chosen)]
         return cost + sum(LEAP * max(step - max_step, 0.0) + 1e-6 * step for step in steps)
 
     found = _shortest(layers, costs, max_step)

@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -62,7 +63,7 @@ def test_every_coordinate_of_the_base_can_be_fixed(name):
         assert np.array([*placement.position, placement.yaw])[fixed] == pytest.approx(bounds[fixed, 0], abs=1e-12)
         costs.append(layout.objective)
     assert costs[0] <= float(np.sum(task.arm.weights * (task.joints - task.arm.reference) ** 2)) + 1e-6
-    for less, more in zip(costs, costs[1:], strict=False):
+    for less, more in pairwise(costs):
         assert more <= less * (1.0 + 1e-6)
 
 

@@ -157,7 +157,7 @@ def test_a_path_through_a_wrist_singularity_jumps_where_it_is_said_to():
     turning = np.array([0, 0, 0, 1, 0, 1])
     arm = replace(puma, lower=puma.lower - 7.0 * turning, upper=puma.upper + 7.0 * turning)
     q = np.array([0.2, -0.8, 2.4, 0.4, 0.0, 0.1])
-    joints = np.array([q + [0, 0, 0, 0, bend, 0] for bend in (0.3, 0.2, 0.1, -0.1, -0.2)])
+    joints = np.array([q + np.array([0, 0, 0, 0, bend, 0]) for bend in (0.3, 0.2, 0.1, -0.1, -0.2)])
     task = Task(transform(np.eye(3), np.zeros(3)) @ flange_poses(arm.robot, joints))
     layout, reasons = why(Cell(task, (arm,)))
     assert {reason.kind for reason in reasons} == {"joint_step"}

@@ -23,7 +23,7 @@ from optimizer.layout import Outcome
 from optimizer.optimize import optimize
 from optimizer.settings import Settings
 from tests.support.answers import assert_sound, reached
-from tests.support.arms import make_arm, oblique_wrist, puma_by_table, region, skew_robot
+from tests.support.arms import general_six, make_arm, oblique_wrist, puma_by_table, region, skew_robot
 from tests.support.tasks import Possible, possible
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -130,6 +130,18 @@ def test_the_size_of_the_weights_does_not_matter(name, scale):
     assert layout.objective / scale == pytest.approx(plain, rel=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("name", "seed", "poses", "half", "scale"),
+    [("puma560", 186531946, 30, 0.3, 1e3), ("puma560_ssik", 907020965, 6, 1.0, 1e-3)],
+)
+def test_nor_does_it_where_the_best_base_is_close_to_the_limits(name, seed, poses, half, scale):
+    """What the screening charges for a violation must be measured against the cost."""
+    task = possible(name, np.random.default_rng(seed), poses=poses, step=0.9 / poses, half=(half, half, 0.0, FREE))
+    plain = optimize(task.cell).objective
+    scaled = optimize(with_arm(task, weights=scale * task.arm.weights)).objective / scale
+    assert scaled == pytest.approx(plain, rel=1e-3)
+
+
 def test_weights_of_zero_leave_any_usable_base():
     task = possible("ur5e", np.random.default_rng(4))
     assert solved(with_arm(task, weights=np.zeros(6))).objective == 0.0
@@ -233,7 +245,7 @@ def test_any_number_of_arms_holds_the_object(names):
 # --- kinds of arms ----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("make", [puma_by_table, oblique_wrist, skew_robot])
+@pytest.mark.parametrize("make", [puma_by_table, oblique_wrist, skew_robot, general_six])
 def test_arms_sent_as_tables(make):
     robot = make()
     task = possible(robot, np.random.default_rng(9), poses=4, half=(0.4, 0.4, 0.0, FREE))

@@ -108,7 +108,7 @@ class _Search:
     def cutoff(self) -> float:
         """Boxes whose bound reaches this are good enough."""
         best = self.objective
-        return np.inf if best is None else best - self.settings.gap * max(best, 1e-9)
+        return np.inf if best is None else (best - self.settings.gap * max(best, 1e-9)) * (1.0 + 2.0 * ROUNDING)
 
     @property
     def lower_bound(self) -> float:
@@ -174,7 +174,7 @@ class _Search:
     def proof(self) -> ArmProof:
         """What has been shown."""
         lowest, best = self.lower_bound, self.objective
-        infeasible = np.isinf(lowest) and best is None
+        infeasible = bool(np.isinf(lowest)) and best is None
         note = ""
         if np.isinf(lowest) and best is not None:
             lowest, note = best, "every box was ruled out although a solution is known: it holds only within tolerances"

@@ -30,7 +30,7 @@ class Lifted:
     Attributes:
         cost: (N,) lower bound of ``Σ_j (q_j - q*)²``, inf where no path exists.
         each: (N, m) lower bound of ``(q_j - q*)²``, inf where no lift brings the pose inside the limits.
-        apart: (N, m) True at the first pose that no chain reaches from the poses before, and at the pose before it.
+        apart: (N, m) True at neighbours that cannot be linked, or everywhere if only the whole chain is impossible.
     """
 
     cost: Floats

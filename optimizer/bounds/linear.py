@@ -12,8 +12,9 @@ because a parabola lies above its tangents and the limits e̲ <= e <= ē hold. T
     Σ λ e >= Σ λ v(0) + Σ_v min(g_v low_v, g_v high_v) - Σ |λ| r,     g = slopesᵀ λ.
 
 Nothing more is needed for soundness: this is weak duality. t, μ, ν are good if they come from the minimiser of
-``Σ w v² + K Σ violation²``, found by a few projected Newton steps: the gradient vanishes there for t = v and
-μ = 2K violation, so these are nearly optimal multipliers.
+``Σ w v² + K Σ violation²``: the gradient vanishes there for t = v and μ = 2K violation, so these are nearly optimal
+multipliers if K is large. Projected Newton steps find it, K growing on the way where limits are in play; every stage
+gives a bound, the best one counts.
 """
 
 from __future__ import annotations
@@ -24,9 +25,14 @@ import numpy as np
 
 from models.arrays import Floats, Ints
 
-NEWTON_STEPS = 4
-PENALTY = 1e5
-"""K, relative to the largest weight."""
+FIRST_STEPS = 3
+"""Newton steps with limits hardly felt (K = 1)."""
+PENALTIES = (1e1, 1e2, 1e2, 1e3, 1e3, 1e4, 1e5)
+"""K of the following steps, relative to the largest weight, for problems in which limits are in play."""
+
+
+ROUNDING = 1e-12
+"""rad, added to every remainder: large multipliers must not make rounding count."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -53,12 +59,6 @@ class Linear:
         ends = self.low[rows], self.high[rows]
         return Linear(self.error[rows], self.slopes[rows], self.rest[rows], self.weights[rows], limits, *ends)
 
-    @property
-    def penalty(self) -> Floats:
-        """(N, 1) K."""
-        penalty: Floats = PENALTY * np.maximum(np.max(self.weights, axis=1, keepdims=True), 1e-6)
-        return penalty
-
     def line(self, y: Floats) -> Floats:
         """(N, P) v(y)."""
         line: Floats = self.error + (self.slopes @ y[..., None])[..., 0]
@@ -69,20 +69,38 @@ class Linear:
         over: Floats = np.maximum(line - self.limits[1], 0.0) - np.maximum(self.limits[0] - line, 0.0)
         return over
 
-    def minimiser(self, y: Floats) -> Floats:
-        """(N, V) about where ``Σ w v² + K Σ violation²`` is smallest, starting from ``y``."""
+    def solve(self, y: Floats) -> tuple[Floats, Floats]:
+        """(N, V) about the minimisers, starting from ``y``, and (N,) the best bounds found on the way."""
         y = np.clip(y, self.low, self.high)
-        for _ in range(NEWTON_STEPS):
-            y = self._newton(y)
-        return y
+        for _ in range(FIRST_STEPS):
+            y = self._newton(y, 1.0)
+        bound = self.dual_value(y, 1.0)
+        rows = np.flatnonzero(np.any(self.violation(self.line(y)) != 0.0, axis=1))
+        if len(rows):
+            part, z = self[rows], y[rows]
+            for penalty in PENALTIES:
+                z = part._newton(z, penalty)
+                bound[rows] = np.maximum(bound[rows], part.dual_value(z, penalty))
+            y[rows] = z
+        return y, bound
 
-    def _newton(self, y: Floats) -> Floats:
+    def inside(self, y: Floats) -> Floats:
+        """(N, V) a point near the minimiser ``y`` that keeps the limits, if the box has one."""
+        short = 2.0 * np.max(np.abs(self.violation(self.line(y))), axis=1, keepdims=True) + 1e-9
+        return replace(self, limits=self.limits + np.stack([short, -short])).solve(y)[0]
+
+    def _penalty(self, relative: float) -> Floats:
+        """(N, 1) K."""
+        penalty: Floats = relative * np.maximum(np.max(self.weights, axis=1, keepdims=True), 1e-6)
+        return penalty
+
+    def _newton(self, y: Floats, relative: float) -> Floats:
         """One Newton step in the variables that are not held at an end."""
-        line = self.line(y)
+        line, penalty = self.line(y), self._penalty(relative)
         over = self.violation(line)
-        pull = (self.weights * line + self.penalty * over)[:, None]
+        pull = (self.weights * line + penalty * over)[:, None]
         gradient = (pull @ self.slopes)[:, 0]
-        curvature = self.weights + self.penalty * (over != 0.0)
+        curvature = self.weights + penalty * (over != 0.0)
         hessian = np.swapaxes(self.slopes * curvature[..., None], 1, 2) @ self.slopes
         held = ((y <= self.low) & (gradient > 0.0)) | ((y >= self.high) & (gradient < 0.0))
         hessian[held] = 0.0
@@ -92,21 +110,15 @@ class Linear:
         step = np.linalg.solve(hessian, np.where(held, 0.0, gradient)[..., None])[..., 0]
         return np.clip(y - step, self.low, self.high)
 
-    def dual_value(self, y: Floats) -> Floats:
+    def dual_value(self, y: Floats, relative: float) -> Floats:
         """(N,) lower bound of ``Σ w e²``, by tangents at ``y`` and the penalty's multipliers there."""
         line = self.line(y)
         over = self.violation(line)
-        push = self.penalty * over  # half of μ - ν
+        push = self._penalty(relative) * over  # half of μ - ν
         factors = 2.0 * (self.weights * line + push)  # λ
         limit = np.where(over > 0.0, self.limits[1], np.where(over < 0.0, self.limits[0], 0.0))
         constant = factors * self.error - self.weights * line**2 - 2.0 * push * limit
         gradient = (factors[:, None] @ self.slopes)[:, 0]
         least = np.minimum(gradient * self.low, gradient * self.high)
-        value: Floats = np.sum(constant - np.abs(factors) * self.rest, axis=1) + np.sum(least, axis=1)
+        value: Floats = np.sum(constant - np.abs(factors) * (self.rest + ROUNDING), axis=1) + np.sum(least, axis=1)
         return value
-
-    def inside(self, y: Floats) -> Floats:
-        """(N, V) a point near the minimiser ``y`` that keeps the limits, if the box has one."""
-        short = 2.0 * np.max(np.abs(self.violation(self.line(y))), axis=1, keepdims=True) + 1e-9
-        margin = np.stack([short, -short])
-        return replace(self, limits=self.limits + margin).minimiser(y)

@@ -73,8 +73,8 @@ def tangent_bounds(rules: Rules, half: Floats, found: Enclosed, expansion: Expan
         costs: first-order bounds, for the joints that cannot be linearised.
     """
     linear, start, constant = _linearised(rules, half, found, expansion, costs)
-    y = linear.minimiser(start)
-    lower = np.maximum(linear.dual_value(y), 0.0) + constant
+    y, bound = linear.solve(start)
+    lower = np.maximum(bound, 0.0) + constant
     expected = np.sum(linear.weights * linear.line(y) ** 2, axis=1) + constant
     best = np.argsort(expected)[:REFINED]
     y[best] = linear[best].inside(y[best])

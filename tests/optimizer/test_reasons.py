@@ -36,7 +36,8 @@ def why(cell: Cell) -> tuple[Layout, tuple[Reason, ...]]:
         assert all(0 <= j < len(cell.task) for j in reason.poses)
         assert list(reason.poses) == sorted(set(reason.poses))
         assert reason.joint is None or reason.joint in names[reason.arm]
-        assert (reason.amount is None) == (reason.unit == "")
+        without_unit = reason.amount is None or reason.kind == "conditioning"
+        assert (reason.unit == "") == without_unit
         assert reason.amount is None or reason.amount > 0.0
     return layout, layout.reasons
 

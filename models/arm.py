@@ -13,6 +13,8 @@ from models.posture import Posture
 from models.robot import Robot
 
 TURN = 2.0 * pi
+ROUNDING = 1e-12
+"""rad"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,8 +60,8 @@ class BaseRegion:
 
     @property
     def yaw_free(self) -> bool:
-        """True if every yaw is allowed (within 1e-4 rad: a request prints π with a few digits)."""
-        return self.yaw.width >= TURN - 1e-4
+        """True if every yaw is allowed."""
+        return self.yaw.width >= TURN - ROUNDING
 
     @property
     def bounds(self) -> Floats:
@@ -67,13 +69,16 @@ class BaseRegion:
         return np.array([[i.low, i.high] for i in (self.x, self.y, self.z, self.yaw)])
 
     def yaw_in_interval(self, yaw: float) -> float:
-        """The representative of ``yaw`` modulo 2π nearest to the interval, inside it whenever one is."""
+        """The representative of ``yaw`` modulo 2π that is in the interval, or else the interval's nearer end."""
         low, high = self.yaw.low, self.yaw.high
-        shifted = low + (yaw - low) % TURN
-        if shifted <= high:
-            return shifted
-        below = shifted - TURN  # in [low - 2π, low): just outside, on one side or the other
-        return max(below, low) if low - below <= shifted - high else min(shifted, high)
+        above = low + (yaw - low) % TURN
+        if above <= high:
+            return above
+        return high if above - high <= low - (above - TURN) else low
+
+    def yaw_outside(self, yaw: float) -> float:
+        """How far ``yaw`` [rad] is outside the interval, modulo 2π; 0 if it is allowed."""
+        return abs((yaw - self.yaw_in_interval(yaw) + pi) % TURN - pi)
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,6 +124,12 @@ class Arm:
     def dof(self) -> int:
         """Number of joints."""
         return self.robot.dof
+
+    @property
+    def weight_scale(self) -> float:
+        """Mean of the weights that are not zero (1 without any): what a cost is to be measured against."""
+        positive = self.weights[self.weights > 0.0]
+        return float(np.mean(positive)) if len(positive) else 1.0
 
     @property
     def upright(self) -> bool:

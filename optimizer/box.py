@@ -12,6 +12,8 @@ from models.closed_form import ClosedForm, closed_form
 from models.kinematics import reach
 from models.sampling import even_points
 
+LEVEL = 1e-4
+"""Largest cosine between axes 1 and 2 that counts as nearly a right angle: only then is the arm's plane upright."""
 SLACK = 1e-6
 """m, so that rounding never cuts off a base that just reaches."""
 
@@ -23,7 +25,8 @@ def reach_windows(cell: Cell, arm: Arm) -> Floats:
     """
     targets = cell.flange_targets(arm)
     form = closed_form(arm.robot)
-    if form is not None and chain_of(arm.robot).vertical_sign and arm.upright:
+    level = form is not None and abs(float(form.n @ form.axes[0])) < LEVEL
+    if form is not None and level and chain_of(arm.robot).vertical_sign and arm.upright:
         centre = targets[:, :3, 3] + targets[:, :3, :3] @ form.wrist_in_flange
         half, lift = _wrist_reach(form)
         centre = centre - np.array([0.0, 0.0, lift])
@@ -40,8 +43,8 @@ def _wrist_reach(form: ClosedForm) -> tuple[Floats, float]:
     links = plane.upper + plane.fore + float(np.hypot(*plane.hand))
     across = float(np.hypot(form.offset, abs(plane.shoulder[0]) + links))
     lift = float(form.origin[2] + plane.shoulder[1] * form.up[2])
-    lean = abs(float(form.n[2])) * form.offset  # an axis 2 that is not level adds a little
-    return np.array([across, across, links + lean]), lift
+    lean = 2.0 * abs(float(form.n @ form.axes[0])) * (across + links)  # catalogue data are rounded
+    return np.array([across, across, links]) + lean, lift
 
 
 def search_box(cell: Cell, arm: Arm) -> Floats:

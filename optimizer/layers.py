@@ -13,14 +13,18 @@ import numpy as np
 
 from models.arm import TURN, Arm
 from models.arrays import Floats
+from models.branches import signs_of
 from models.cell import Cell
 from models.chain import chain_of
+from models.closed_form import ClosedForm, closed_form
 from models.inverse import branches
 from models.pose import inverse
 from optimizer.paths import choose_yaw, lift, unwrap
 
 BEYOND = 100.0
 """Cost of a radian outside the limits in the choice of branches: such a path may still be repaired."""
+EXCLUDED = 1e3
+"""Violation of a path whose posture the request does not admit."""
 LEAP = 1e4
 """Cost of a step that is too long, per radian beyond the allowed one."""
 
@@ -33,6 +37,7 @@ class LayeredPath:
         position: (3,) m. yaw: rad. joints: (m, n) rad.
         objective: E of the arm. violation: rad beyond limits and steps; infinite if some pose has no branch.
         unreached: indices of poses without any branch.
+        signs: its posture, for arms that have one.
     """
 
     position: Floats
@@ -41,13 +46,18 @@ class LayeredPath:
     objective: float
     violation: float
     unreached: tuple[int, ...] = ()
+    signs: tuple[int, int, int] | None = None
 
 
 def layers_at(cell: Cell, arm: Arm, position: Floats, yaw: float, poses: Floats | None = None) -> list[Floats]:
     """Branches (K_j, n) of the poses (all, or the given indices) with the base at one place."""
     targets = cell.flange_targets(arm)
     chosen = targets if poses is None else targets[poses.astype(int)]
-    return list(branches(arm.robot, inverse(arm.base_in_world(position, yaw)) @ chosen))
+    found = branches(arm.robot, inverse(arm.base_in_world(position, yaw)) @ chosen)
+    form = closed_form(arm.robot)
+    if form is None or arm.posture.free:
+        return list(found)
+    return [np.array([q for q in layer if arm.posture.admits(_signs(form, q))]).reshape(-1, arm.dof) for layer in found]
 
 
 def node_costs(arm: Arm, layer: Floats, skip_first: bool) -> Floats:
@@ -102,7 +112,17 @@ def finish_path(cell: Cell, arm: Arm, position: Floats, yaw: float, joints: Floa
         yaw, violation = float(best), violation + float(out)
     path = joints.T
     objective = float(np.sum(arm.weights * (path - arm.reference) ** 2))
-    return LayeredPath(position, yaw, path, objective, violation)
+    form = closed_form(arm.robot)
+    signs = None if form is None else _signs(form, path[len(path) // 2])
+    if signs is not None and not arm.posture.admits(signs):
+        violation += EXCLUDED
+    return LayeredPath(position, yaw, path, objective, violation, signs=signs)
+
+
+def _signs(form: ClosedForm, q: Floats) -> tuple[int, int, int]:
+    """Posture of joint values (6,); on a singular set the positive side."""
+    shoulder, elbow, wrist = (1 if sign >= 0 else -1 for sign in signs_of(form, q))
+    return shoulder, elbow, wrist
 
 
 def _shortest(layers: list[Floats], costs: list[Floats], max_step: float) -> list[int]:

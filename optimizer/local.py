@@ -7,6 +7,7 @@ answer is looked at, and they are added where it breaks them.
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,10 +17,13 @@ from models.cell import Cell
 from models.chain import chain_of
 from models.kinematics import characteristic_length
 from models.screws import conditioning_of
+from optimizer.pose_rows import BASE
 from optimizer.program import ArmPoint, Cuts, build_program
 from optimizer.solve import Solve, solve_program
 
 CUT_ROUNDS = 25
+TRUST, SMALLEST_TRUST, ALLOWED = 0.4, 1e-3, 0.1
+"""rad that joints may move in a round of cuts, at first and at least; share of the conditioning a round may lose."""
 NUDGE = 1e-4
 """Cuts aim at this fraction more than what is asked for, so that their last error does no harm."""
 SETTLED = 1e-7
@@ -49,7 +53,8 @@ def solve_locally(cell: Cell, arm: Arm, start: ArmPoint, deadline: float) -> Sol
     if result.status.has_point and arm.min_conditioning is not None:
         values, _ = _conditioning_gradients(arm, result.points[0].joints)
         if np.min(values) < arm.min_conditioning:
-            return _keep_conditioning(cell, arm, start, deadline, steps) or result
+            held = _keep_conditioning(cell, arm, start, deadline, steps)
+            return held or _keep_conditioning(cell, arm, start, deadline, steps, TRUST) or result
     return result
 
 
@@ -62,10 +67,18 @@ def _solve(
     keep_shoulder: bool,
     steps: bool = False,
     cuts: Cuts | None = None,
+    radius: float = np.inf,
 ) -> Solve:
     program = build_program(
         cell, [arm], [start], keep_shoulder=keep_shoulder, steps=steps, cuts=None if cuts is None else [cuts]
     )
+    if np.isfinite(radius):
+        reach = np.full(len(program.lower), radius)
+        reach[:BASE] = np.inf
+        here = program.pack([start])
+        program = replace(
+            program, lower=np.maximum(program.lower, here - reach), upper=np.minimum(program.upper, here + reach)
+        )
     return solve_program(program, [start], max(deadline - time.perf_counter(), 0.05))
 
 
@@ -73,31 +86,44 @@ def _largest_step(point: ArmPoint) -> float:
     return float(np.max(np.abs(np.diff(point.joints, axis=0)), initial=0.0))
 
 
-def _keep_conditioning(cell: Cell, arm: Arm, start: ArmPoint, deadline: float, steps: bool) -> Solve | None:
+def _keep_conditioning(
+    cell: Cell, arm: Arm, start: ArmPoint, deadline: float, steps: bool, radius: float = np.inf
+) -> Solve | None:
     """Solve with tangents of σmin/σmax >= min_conditioning, renewed at every answer until they no longer move it.
 
-    Fixed points satisfy the optimality conditions of the constraint itself. The start comes from a screening that
-    knows of the constraint, so the first program has a point.
+    Fixed points satisfy the optimality conditions of the constraint itself. With a finite ``radius`` [rad] joints may
+    leave the last accepted answer by no more than that; an answer where the tangents promised too much is refused and
+    the radius shrinks. Without one, the way is shorter but may lose itself.
 
     Returns:
         The best answer that holds the constraint, or None.
     """
     wanted = float(arm.min_conditioning or 0.0)
     point, before = start, np.inf
+    values, gradients = _conditioning_gradients(arm, point.joints)
     best: Solve | None = None
     for _ in range(CUT_ROUNDS):
-        values, gradients = _conditioning_gradients(arm, point.joints)
         near = values < 2.0 * wanted
         bounds = np.where(near, wanted * (1.0 + NUDGE) - values + np.sum(gradients * point.joints, axis=1), -np.inf)
         cuts = Cuts(np.where(near[:, None], gradients, 0.0), bounds)
-        result = _solve(cell, arm, point, deadline, keep_shoulder=point.signs is not None, steps=steps, cuts=cuts)
-        if not result.status.has_point or time.perf_counter() > deadline:
+        keep = point.signs is not None
+        result = _solve(cell, arm, point, deadline, keep_shoulder=keep, steps=steps, cuts=cuts, radius=radius)
+        if time.perf_counter() > deadline or radius < SMALLEST_TRUST:
             break
-        point = result.points[0]
-        if np.min(_conditioning_gradients(arm, point.joints)[0]) >= wanted:
+        lowest = -np.inf
+        if result.status.has_point:
+            new_values, new_gradients = _conditioning_gradients(arm, result.points[0].joints)
+            lowest = float(np.min(new_values))
+        if not result.status.has_point and not np.isfinite(radius):
+            break
+        if np.isfinite(radius) and lowest < min(wanted, float(np.min(values))) - ALLOWED * wanted:
+            radius *= 0.3
+            continue
+        point, values, gradients, radius = result.points[0], new_values, new_gradients, 1.5 * radius
+        if lowest >= wanted:
             best = result if best is None or result.objective < best.objective else best
-        if best is not None and abs(result.objective - before) <= SETTLED * max(1.0, before):
-            break
+            if abs(result.objective - before) <= SETTLED * max(1.0, before):
+                break
         before = result.objective
     return best
 

@@ -63,6 +63,7 @@ class Program:
         lower: (N,) bounds of the unknowns. upper: (N,).
         rows_lower: (M,) bounds of the rows. rows_upper: (M,).
         max_joint_step: rad.
+        scale: what the weights are divided by inside the program, so that tolerances mean the same for all weights.
     """
 
     arms: tuple[Arm, ...]
@@ -73,6 +74,7 @@ class Program:
     rows_lower: Floats
     rows_upper: Floats
     max_joint_step: float
+    scale: float
 
     def labels(self) -> Iterator[str]:
         """One sentence per row, in order; made on demand, a long task has many thousand."""
@@ -127,7 +129,8 @@ def build_program(
     poses = len(cell.task)
     mounts = tuple(tuple(float(x) for x in arm.mount.ravel()) for arm in arms)
     structure = structure_of(tuple(arm.robot for arm in arms), mounts, poses, keep_shoulder, steps, cuts is not None)
-    parts = [_arm_numbers(cell, arm, point, structure) for arm, point in zip(arms, points, strict=True)]
+    scale = float(np.mean([arm.weight_scale for arm in arms]))
+    parts = [_arm_numbers(cell, arm, point, structure, scale) for arm, point in zip(arms, points, strict=True)]
     numbers = [part.parameters for part in parts]
     rows_lower, rows_upper = [], []
     for index, part in enumerate(parts):
@@ -150,6 +153,7 @@ def build_program(
         rows_lower=np.concatenate(rows_lower),
         rows_upper=np.concatenate(rows_upper),
         max_joint_step=cell.max_joint_step,
+        scale=scale,
     )
 
 
@@ -162,7 +166,7 @@ class _ArmNumbers:
     rows_upper: Floats
 
 
-def _arm_numbers(cell: Cell, arm: Arm, point: ArmPoint, structure: Structure) -> _ArmNumbers:
+def _arm_numbers(cell: Cell, arm: Arm, point: ArmPoint, structure: Structure, scale: float) -> _ArmNumbers:
     """Parameters, bounds and row bounds of one arm."""
     poses = structure.poses
     low, high = joint_bounds(arm, point)
@@ -174,7 +178,9 @@ def _arm_numbers(cell: Cell, arm: Arm, point: ArmPoint, structure: Structure) ->
         rows_low[:, 6] = 0.0 if point.signs[0] > 0 else -np.inf
         rows_high[:, 6] = np.inf if point.signs[0] > 0 else 0.0
     return _ArmNumbers(
-        parameters=np.concatenate([target_numbers(cell.flange_targets(arm)).T.ravel(), arm.weights, arm.reference]),
+        parameters=np.concatenate(
+            [target_numbers(cell.flange_targets(arm)).T.ravel(), arm.weights / scale, arm.reference]
+        ),
         lower=np.concatenate([base[:, 0], np.tile(low, poses)]),
         upper=np.concatenate([base[:, 1], np.tile(high, poses)]),
         rows_lower=rows_low.ravel(),

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from models.arm import Arm
 from models.arrays import Floats
 from models.branches import solve_signed
 from models.cell import Cell
+from models.chain import chain_of
+from models.kinematics import characteristic_length
+from models.screws import conditioning_of
 from optimizer.box import reach_windows
 from optimizer.layers import LayeredPath
 from optimizer.layout import Reason
 from optimizer.proof import Obstacle
-from optimizer.reduced import ReducedProblem, evaluate_signed, seen_from
+from optimizer.reduced import ReducedProblem, evaluate_signed, reduced_problem, seen_from
 from optimizer.screening import Candidate, screen
 
 MOST_POSES = 16
@@ -60,6 +65,10 @@ def explain_reduced(
     cell: Cell, problem: ReducedProblem, box: Floats, candidates: list[Candidate], seed: int
 ) -> tuple[Reason, ...]:
     """Reasons for an arm with a reduced problem: poses that are impossible alone, else what the nearest path breaks."""
+    if problem.arm.min_conditioning is not None:
+        blocked = _conditioning(cell, problem, box, seed)
+        if blocked:
+            return blocked
     alone = _impossible_alone(problem, box, seed)
     if alone:
         return tuple(alone)
@@ -109,6 +118,25 @@ def explain_general(cell: Cell, arm: Arm, paths: list[LayeredPath]) -> tuple[Rea
         )
     nearest = min(whole, key=lambda path: path.violation)
     return _broken(cell, arm, nearest.joints, np.zeros(len(nearest.joints))) or (_no_posture(arm),)
+
+
+def _conditioning(cell: Cell, problem: ReducedProblem, box: Floats, seed: int) -> tuple[Reason, ...]:
+    """The reason, if the task is possible as soon as its conditioning is not asked for."""
+    arm = problem.arm
+    free = reduced_problem(cell, replace(arm, min_conditioning=None))
+    usable = [] if free is None else [c for c in screen(free, box, seed).candidates if c.violation == 0.0]
+    if free is None or not usable:
+        return ()
+    paths = evaluate_signed(free, np.array([c.position for c in usable]), np.array([c.signs for c in usable]))
+    joints = paths.joints[:, 0].reshape(arm.dof, -1).T
+    values = conditioning_of(chain_of(arm.robot), arm.tool, joints, characteristic_length(arm.robot))
+    best = float(np.max(np.min(values.reshape(len(usable), -1), axis=1)))
+    wanted = arm.min_conditioning
+    detail = (
+        f"{arm.name}: the task is possible, but no placement with a conditioning of {wanted:g} was found; the best "
+        f"seen keeps {best:.3f}; ask for less, or turn the grasp or the task"
+    )
+    return (Reason(arm.name, "conditioning", (), detail),)
 
 
 def _impossible_alone(problem: ReducedProblem, box: Floats, seed: int) -> list[Reason]:

@@ -39,8 +39,8 @@ class ReducedProblem:
         rotations: (m, 3, 3) flange orientations in axes of the mount. positions: (m, 3) m, in the world.
         max_step: rad, allowed joint step; infinite where the poses are not consecutive (a sample of a long task).
         postures: (8,) True for branches the request admits.
-        penalty: cost per pose of a metre or radian of violation, in scores: what is nearly allowed may be repaired
-            by the local solver, so it competes with what is allowed.
+        penalty: cost per pose of a metre or radian of violation, in units of the mean weight, in scores: what is nearly
+            allowed may be repaired by the local solver, so it competes with what is allowed.
     """
 
     arm: Arm
@@ -50,7 +50,7 @@ class ReducedProblem:
     positions: Floats
     max_step: float
     postures: Bools
-    penalty: float = 30.0
+    penalty: float = 8.0
 
     def sampled(self, count: int) -> ReducedProblem:
         """The same problem on about ``count`` poses, first and last included; itself if it has no more than that.
@@ -82,7 +82,7 @@ class ReducedProblem:
 
     def score(self, objective: Floats, violation: Floats) -> Floats:
         """Objective with what is violated made dear; any equal shapes."""
-        score: Floats = objective + self.penalty * len(self.positions) * violation
+        score: Floats = objective + self.penalty * self.arm.weight_scale * len(self.positions) * violation
         return score
 
 

@@ -27,8 +27,10 @@ ALL_STEPS, LAST_STEPS, LAST = 2, 3, 10
 """Steps with all candidates, and further ones with the best of them."""
 CHUNK = 1024
 """Positions evaluated at once, to bound memory."""
-CONDITIONED = 512
-"""Paths of a round whose conditioning is looked at, where a request asks for one: singular values are dear."""
+THINNED = 2
+"""Times as many points where a conditioning is asked for: it thins the usable set out."""
+CONDITIONED, CONDITIONED_POSES = 8192, 5
+"""Paths of a round whose conditioning is looked at, and at how many of their poses: singular values are dear."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -80,7 +82,7 @@ def screen(problem: ReducedProblem, box: Floats, seed: int, round_: int = 0) -> 
     small = problem.sampled(SAMPLED_POSES).stricter(10.0**round_)
     count = POINTS[int(np.sum(box[:, 1] > box[:, 0]))]
     if count > 1:
-        count *= 4**round_
+        count *= 4**round_ * (THINNED if problem.arm.min_conditioning is not None else 1)
     points = spread(box, count, seed + round_)
     spacing = _spacing(box, len(points))
     found = improve(small, _pick(small, points, spacing), box, spacing)
@@ -138,7 +140,9 @@ def _add_shortfall(problem: ReducedProblem, parts: list[Paths], objective: Float
     score = problem.score(objective, violation)
     best = np.argsort(score, axis=None)[:CONDITIONED]
     k, i = np.unravel_index(best[np.isfinite(score.ravel()[best])], score.shape)
-    joints = np.stack([parts[at // CHUNK].joints[:, k_, at % CHUNK] for k_, at in zip(k, i, strict=True)], axis=1)
+    some = np.unique(np.linspace(0, len(problem.positions) - 1, CONDITIONED_POSES).round().astype(int))
+    every = np.concatenate([part.joints[..., some] for part in parts], axis=2)
+    joints = every[:, k, i]
     violation[k, i] += conditioning_shortfall(problem, joints)
 
 

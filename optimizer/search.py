@@ -30,6 +30,8 @@ WORTH = 1.2
 """Starts scored this much above the best usable one are not worth a solve: screening is precise to a few percent."""
 DECIDE_TIME, DECIDE_GAP = 5.0, 1e-3
 """s and relative gap of the branch and bound that decides whether a task without a usable candidate is possible."""
+SHARE = 0.5
+"""Share of the time left that one local solve may take: a start that struggles must not use up the others' time."""
 LEVEL = 1e-3
 """Relative rise of the cost that counts as level."""
 WAY = np.linspace(0.0, 1.0, 9)
@@ -122,12 +124,13 @@ def _solve_candidates(cell: Cell, search: ArmSearch, problem: ReducedProblem, fo
     most = STARTS if len(problem.positions) < LONG_TASK else STARTS // 2
     optima: list[tuple[float, ArmPoint]] = []
     waiting = _worth_solving(found, problem)
-    while waiting and search.finished and search.starts < most * (1 if optima else 2):
+    while waiting and time.perf_counter() < deadline and search.starts < most * (1 if optima else 2):
         candidate = waiting.pop(0)
         reached = _solve(cell, search, path_from(problem, candidate.position, candidate.signs), deadline)
         optima += reached
         for _, point in reached:
             waiting = _elsewhere(found.problem, waiting, point)
+    search.finished &= time.perf_counter() < deadline
     _keep(search, optima)
 
 
@@ -180,9 +183,11 @@ def _search_general(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadl
     search.candidates = general.evaluated
     optima: list[tuple[float, ArmPoint]] = []
     for path in different([path for path in general.paths if len(path.joints)])[:GENERAL_STARTS]:
-        optima += _solve(cell, search, ArmPoint(path.position, path.yaw, path.joints), deadline)
-        if not search.finished:
+        start = ArmPoint(path.position, path.yaw, path.joints, path.signs)
+        if time.perf_counter() > deadline:
+            search.finished = False
             break
+        optima += _solve(cell, search, start, deadline)
     _keep(search, optima)
     if search.best is None and search.finished:
         search.reasons = explain_general(cell, search.arm, general.paths)
@@ -193,8 +198,11 @@ def _solve(cell: Cell, search: ArmSearch, start: ArmPoint, deadline: float) -> l
     if time.perf_counter() > deadline:
         search.finished = False
         return []
-    result = solve_locally(cell, search.arm, start, deadline)
+    now = time.perf_counter()
+    result = solve_locally(cell, search.arm, start, now + SHARE * (deadline - now))
     search.starts += 1
+    if result.engine_status == "Maximum_WallTime_Exceeded":
+        search.finished = False
     point = result.points[0]
     usable = result.status.has_point and check(cell, search.arm, point).usable
     return [(result.objective, point)] if usable else []

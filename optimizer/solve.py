@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -26,6 +27,11 @@ class SolveStatus(StrEnum):
     DIVERGED = "diverged"
     CANCELLED = "cancelled"
     FAILED = "failed"  # the engine gave up or was called wrongly
+
+    @property
+    def cut(self) -> bool:
+        """True if a limit ended the solve."""
+        return self is SolveStatus.LIMIT
 
     @property
     def has_point(self) -> bool:
@@ -63,7 +69,7 @@ IPOPT_OPTIONS: dict[str, Any] = {
     "sb": "yes",
     "tol": 1e-8,
     "constr_viol_tol": 1e-9,
-    "max_iter": 200,
+    "max_iter": 120,
     "mu_init": 1e-3,  # starts are close: a large barrier would drive them back to the middle
     "bound_push": 1e-6,
     "bound_frac": 1e-6,
@@ -107,7 +113,8 @@ def solve_program(program: Program, start: Sequence[ArmPoint], time_limit: float
     if np.any(program.lower > program.upper):  # a posture that the limits in force rule out
         empty = float(np.max(program.lower - program.upper))
         return Solve(SolveStatus.INFEASIBLE, "Empty_Bounds", list(start), np.inf, empty, 0, 0.0)
-    solver = _solver(program.structure, time_limit)
+    began = time.perf_counter()
+    solver = _solver(program.structure, _rounded(time_limit))
     result = solver(
         x0=program.pack(start),
         p=program.parameters,
@@ -124,13 +131,18 @@ def solve_program(program: Program, start: Sequence[ArmPoint], time_limit: float
         status=STATUS.get(word, SolveStatus.FAILED),
         engine_status=word,
         points=program.unpack(unknowns, start),
-        objective=float(result["f"]),
+        objective=float(result["f"]) * program.scale,
         violation=max(
             _outside(unknowns, program.lower, program.upper), _outside(rows, program.rows_lower, program.rows_upper)
         ),
         iterations=int(stats["iter_count"]),
-        wall_time=float(stats.get("t_wall_total", 0.0)),
+        wall_time=time.perf_counter() - began,
     )
+
+
+def _rounded(time_limit: float) -> float:
+    """The largest power of two that is not longer: limits are compiled into solvers, and no two are the same."""
+    return float(2.0 ** np.floor(np.log2(max(time_limit, 1.0 / 16.0))))
 
 
 def _outside(values: Floats, lower: Floats, upper: Floats) -> float:

@@ -74,7 +74,7 @@ def check(cell: Cell, arm: Arm, point: ArmPoint) -> ArmCheck:
     joints = np.max(np.maximum(arm.lower - point.joints, point.joints - arm.upper))
     region = arm.base.bounds
     place = np.array([*point.position, arm.base.yaw_in_interval(point.yaw)])
-    base = np.max(np.maximum(region[:, 0] - place, place - region[:, 1]))
+    base = max(np.max(np.maximum(region[:, 0] - place, place - region[:, 1])), arm.base.yaw_outside(point.yaw))
     return ArmCheck(
         position_error=float(np.max(np.linalg.norm(reached[:, :3, 3] - wanted[:, :3, 3], axis=1))),
         orientation_error=float(np.max(rotation_angle(turned))),

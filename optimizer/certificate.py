@@ -5,6 +5,11 @@ positions are bounded from below (`optimizer.bounds`), cut in two where the boun
 where it is. What remains true at any time: no path of the arm scores less than the smallest bound among the boxes that
 are open and those that were forgotten. If every box turns out to hold no path at all, the task is impossible.
 
+Bounds close quadratically where postures are regular and with the square root of the size where the elbow is straight.
+They do not close at a pose exactly on axis 1 of an arm without shoulder offset, nor where axis 6 of a three-parallel
+arm is along the three: there one joint is free and drags others along, which the bound does not follow. Where such a
+place could be best, the proof ends at its time limit with the gap it has.
+
 For a cell whose arms are coupled, the sum of these bounds is still a bound.
 """
 
@@ -33,6 +38,8 @@ FIRST_BOXES = 100
 """Boxes per posture to begin with."""
 SMALLEST_FIRST = 0.05
 """Side of the boxes to begin with, relative to the reach: no smaller than this."""
+SMALLEST = 1e-8
+"""m; boxes with no longer half side are not cut any more, whatever their bound."""
 ROWS = 12_000
 """Poses times boxes bounded at once: few enough to stay in the processor's cache."""
 FEWEST = 64
@@ -80,7 +87,7 @@ class _Search:
         self.problem, self.settings, self.given = problem, settings, incumbent
         self.found: Incumbent | None = None
         self.boxes = 0
-        self.forgotten = np.inf  # smallest bound of the boxes that are good enough
+        self.forgotten = np.inf  # smallest bound of the boxes that are not cut any more
         self.bounder = BoxBounder.of(problem)
         targets = self.bounder.kinematics.targets
         region = reachable_region(targets, problem.arm.base.bounds[:3])
@@ -128,9 +135,9 @@ class _Search:
         self._improve(now, found)
         self.kept, self.bounds = Boxes.joined([self.kept, now]), np.concatenate([self.bounds, bounds])
         self.fresh, self.inherited = later, self.inherited[most:]
-        good = self.bounds >= self.cutoff
-        self.forgotten = min(self.forgotten, np.min(self.bounds[good], initial=np.inf))
-        self.kept, self.bounds = self.kept[~good], self.bounds[~good]
+        done = (self.bounds >= self.cutoff) | (np.max(self.kept.half, axis=1, initial=0.0) <= SMALLEST)
+        self.forgotten = min(self.forgotten, float(np.min(self.bounds[done], initial=np.inf)))
+        self.kept, self.bounds = self.kept[~done], self.bounds[~done]
         if not len(self.fresh) and len(self.kept):
             self._branch(most)
 

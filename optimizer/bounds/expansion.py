@@ -1,8 +1,9 @@
 r"""Joint values over a box: enclosed, and expanded about its centre to second order.
 
 Each joint is enclosed directly from the geometry of the box and, where its slopes are known, by the mean value
-theorem as the value at the centre plus slopes times distance. Both hold, so their intersection does. The second is
-the tight one in small boxes away from singular postures; the first needs no smoothness.
+theorem as the value at the centre plus slopes times distance. Both hold, so their intersection does (as long as they
+cannot meet twice on the circle; else the second is taken, which stays on the turn of the value at the centre). The
+second is the tight one in small boxes away from singular postures; the first needs no smoothness.
 
 By Taylor's theorem the value at centre + d is ``exact + slopes·d`` up to half of the largest second differential, for
 which the mean-value bounds of the first differentials over the whole box are enough (`bending`).
@@ -63,8 +64,14 @@ def enclose(kinematics: Kinematics, boxes: Boxes, angles: Angles) -> Enclosed:
     slopes = kinematics.slopes(boxes, angles)
     regular = kinematics.regular(slopes)
     reach = np.einsum("iKNm,NK->iNm", kinematics.joint_slopes(slopes).size, boxes.half[:, :dims])
-    values = direct.meet(Ball(exact, np.where(regular, reach, direct.radius + np.abs(direct.centre - exact))))
-    return Enclosed(boxes, Ball(values.centre, values.radius + SLACK), exact, regular, angles, at_centre, slopes)
+    near, both = Ball(exact, reach), direct.meet(Ball(exact, reach))
+    # Angles count modulo 2π: only intervals too short to meet again on the other side of the circle may be cut.
+    apart = np.abs(exact - direct.centre) + reach + direct.radius < TURN
+    centre, radius = (
+        np.where(regular, np.where(apart, cut, wide), plain)
+        for cut, wide, plain in ((both.centre, near.centre, direct.centre), (both.radius, near.radius, direct.radius))
+    )
+    return Enclosed(boxes, Ball(centre, radius + SLACK), exact, regular, angles, at_centre, slopes)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

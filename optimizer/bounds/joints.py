@@ -120,7 +120,7 @@ class Kinematics:
         """The wrist's three angles after joint 1 and, for spherical wrists, the pitch."""
         targets, wrist = self.targets, self.wrist
         h1, n, a = targets.form.axes[0], targets.form.n, wrist.first[0]
-        seen = _turned(np.broadcast_to(targets.last_axis.T[:, None], (3, *first.centre.shape)), h1, -first.centre)
+        seen = _turned_level(targets.last_axis.T[:, None], -targets.sigma * first.centre)
         axis = np.broadcast_to(a[:, None, None], seen.shape)
         move = swing(first.radius, np.sqrt(np.maximum(1.0 - (targets.last_axis @ h1) ** 2, 0.0)))
         moves = move, swing(first.radius, targets.level)
@@ -130,17 +130,17 @@ class Kinematics:
             tilt = float(np.sqrt(max(1.0 - float(n @ a) ** 2, 0.0)))
             moves = np.minimum(both, move + pitch.radius), np.minimum(both, first.radius + swing(pitch.radius, tilt))
         across = np.einsum("jab,kb->kaj", targets.turned, wrist.last[1:])  # t6 and b6 in the world, (2, 3, m)
-        fore = np.einsum("kaj,aNj->kNj", across, _turned(axis, h1, first.centre))
+        fore = np.einsum("kaj,aNj->kNj", across, _turned_level(axis, targets.sigma * first.centre))
         return wrist_values(wrist, np.tensordot(wrist.first, seen, 1), fore, moves, boxes.sign(2))
 
     def across_wrist(self, first: Floats, pitch: Floats) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
         """Of the rotation that a spherical wrist makes: rows t and b before it, columns t6 and b6 behind it (N, m)."""
         targets, wrist = self.targets, self.wrist
-        h1, n = targets.form.axes[0], targets.form.n
+        n = targets.form.n
         columns = []
         for axis in wrist.last[1:]:
-            behind = np.broadcast_to((targets.turned @ axis).T[:, None], (3, *first.shape))
-            seen = _turned(_turned(behind, h1, -first), n, -pitch)
+            behind = (targets.turned @ axis).T[:, None]
+            seen = _turned(_turned_level(behind, -targets.sigma * first), n, -pitch)
             columns.append(np.tensordot(wrist.first[1:], seen, 1))
         (m11, m21), (m12, m22) = columns
         return (m11, m12), (m21, m22)
@@ -237,6 +237,12 @@ class Kinematics:
             upper_2, fore_2 = triangle_bending(form.planar, angles.triangle, upper, fore, dx, dy)
             fourth_2 = wrist_2[0] + fore_2
         return np.stack([first_2, upper_2, upper_2 + fore_2, fourth_2, *wrist_2[1:]])
+
+
+def _turned_level(vectors: Floats, angle: Floats) -> Floats:
+    """Vectors (3, ...) turned about the base's z axis by angles (N, m)."""
+    (x, y, z), cos, sin = vectors, np.cos(angle), np.sin(angle)
+    return np.stack([x * cos - y * sin, x * sin + y * cos, np.broadcast_to(z, angle.shape)])
 
 
 def _turned(vectors: Floats, axis: Floats, angle: Floats) -> Floats:

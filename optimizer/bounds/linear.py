@@ -91,7 +91,8 @@ class Linear:
 
     def _penalty(self, relative: float) -> Floats:
         """(N, 1) K."""
-        penalty: Floats = relative * np.maximum(np.max(self.weights, axis=1, keepdims=True), 1e-6)
+        largest = np.max(self.weights, axis=1, keepdims=True)
+        penalty: Floats = relative * np.where(largest > 0.0, largest, 1.0)
         return penalty
 
     def _newton(self, y: Floats, relative: float) -> Floats:
@@ -106,7 +107,8 @@ class Linear:
         hessian[held] = 0.0
         np.swapaxes(hessian, 1, 2)[held] = 0.0
         diagonal = np.arange(y.shape[1])
-        hessian[:, diagonal, diagonal] += held + 1e-12 * np.max(np.abs(hessian), axis=(1, 2))[:, None] + 1e-12
+        scale = np.max(np.abs(hessian), axis=(1, 2))[:, None]
+        hessian[:, diagonal, diagonal] += np.where(scale > 0.0, scale, 1.0) * (held + 1e-12)
         step = np.linalg.solve(hessian, np.where(held, 0.0, gradient)[..., None])[..., 0]
         return np.clip(y - step, self.low, self.high)
 

@@ -1,7 +1,8 @@
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
-from itertools import pairwise
+from itertools import count, pairwise
 
 import numpy as np
 import pytest
@@ -40,6 +41,12 @@ def line_problem(
     problem = reduced_problem(Cell(line(ends[0], ends[1], 8), (arm,)), arm)
     assert problem is not None
     return problem
+
+
+def rounds(most: int) -> Callable[[], bool]:
+    """A stop after some rounds: the same on every machine, unlike a time limit."""
+    asked = count()
+    return lambda: next(asked) >= most
 
 
 def refined(problem: ReducedProblem, rng: np.random.Generator) -> float:
@@ -116,7 +123,7 @@ def test_random_tasks_are_bounded_below_everything_a_search_finds(name):
     solved = impossible = 0
     for trial in range(9):
         problem = random_problem(name, rng, mounted=trial % 3 == 2)
-        proof = certify(problem, None, CertificateSettings(0.01, 0.7))
+        proof = certify(problem, None, CertificateSettings(0.01, 60.0), rounds(30))
         best = refined(problem, rng)
         if proof.infeasible:
             impossible += 1
@@ -266,11 +273,22 @@ def test_incumbents_keep_the_limit_on_conditioning():
     worst = float(np.min(conditioning(arm.robot, arm.tool, paths.joints[:, 0, 0].T, length)))
     wanted = replace(arm, min_conditioning=1.2 * worst)
     problem = reduced_problem(CELLS["line"], wanted)
-    proof = certify(problem, None, CertificateSettings(0.05, 0.5))
+    proof = certify(problem, None, CertificateSettings(0.05, 60.0), rounds(20))
     assert proof.lower_bound <= plain.objective
     if proof.found is not None:
         joints = evaluate_signed(problem, proof.found.position[None], np.array([proof.found.signs])).joints[:, 0, 0]
         assert np.min(conditioning(arm.robot, arm.tool, joints.T, length)) >= 1.2 * worst - 1e-12
+
+
+def test_a_base_that_cannot_be_cut_ends_the_proof_even_without_an_incumbent():
+    best = certify(problem_of("line", 0), None, CertificateSettings(1e-3, 30.0)).found
+    x, y, z = (Interval(float(v), float(v)) for v in best.position)
+    problem = problem_of("line", 0, x=x, y=y, z=z)
+    impossible = replace(problem, arm=replace(problem.arm, min_conditioning=0.9))
+    proof = certify(impossible, None, CertificateSettings(1e-3, np.inf))
+    assert proof.found is proof.objective is None
+    assert not proof.infeasible
+    assert proof.lower_bound == pytest.approx(best.objective, rel=1e-3)
 
 
 def test_the_same_request_gets_the_same_proof():

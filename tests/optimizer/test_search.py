@@ -97,3 +97,11 @@ def test_a_usable_base_that_screening_found_is_not_lost_by_the_local_solver():
     found = search_arm(cell, task.arm, Settings(), time.perf_counter() + 60.0)
     assert found.best is not None, [reason.detail for reason in found.reasons]
     assert found.objective <= 1.001 * 551.58  # by brute force
+
+
+def test_screening_of_a_long_task_heeds_the_time_limit_too():
+    """An arm without a reduced problem and 400 poses: what is not looked at in time is not looked at."""
+    task = possible("iiwa14", np.random.default_rng(1), poses=400, step=0.002, half=(0.3, 0.3, 0.0, np.pi))
+    began = time.perf_counter()
+    searched(task, seconds=0.5)
+    assert time.perf_counter() - began < 3.0

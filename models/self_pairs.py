@@ -1,0 +1,62 @@
+"""Which bodies of one arm may hit each other.
+
+Bodies of the same or of neighbouring links always touch. Others that overlap at a good part of all postures, or at the
+reference, overlap because capsules are fatter than the arm: an arm that hit itself so easily would be of no use.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.stats import qmc
+
+from models.arrays import Floats
+from models.bounding import Bounding, segment_distances
+from models.link_frames import link_frames
+from models.robot import Robot
+from models.separation import separation
+from models.shapes import Body
+
+SAMPLES = 128
+OFTEN = 0.2
+"""Share of the sampled postures at which a pair may overlap and still count."""
+
+
+def self_pairs(
+    robot: Robot, links: Sequence[int], bodies: Sequence[Body], bounds: Sequence[Bounding], lower: Floats, upper: Floats
+) -> list[tuple[int, int]]:
+    """Pairs of indices of bodies to keep apart.
+
+    Args:
+        robot: the arm.
+        links: link of each body; tools belong to the last link, a pedestal to link 0.
+        bodies: in their link's frame. bounds: of their shapes.
+        lower: (n,) rad, limits in force; joints without end are sampled over one turn. upper: likewise.
+
+    Returns:
+        Pairs (i, j), i < j, at least two links apart; the same ones every time.
+    """
+    candidates = [(i, j) for j in range(len(bodies)) for i in range(j) if abs(links[i] - links[j]) > 1]
+    if not candidates:
+        return []
+    frames = link_frames(robot, _postures(robot, lower, upper))
+    poses = np.stack([frames[:, link] @ body.pose for link, body in zip(links, bodies, strict=True)], axis=1)
+    ends = np.stack([b.ends for b in bounds]) @ poses[..., :3, :3].swapaxes(-1, -2) + poses[..., None, :3, 3]
+    pairs = []
+    for i, j in candidates:
+        near = segment_distances(ends[:, i], ends[:, j]) < bounds[i].radius + bounds[j].radius
+        if not (bounds[i].exact and bounds[j].exact):
+            for k in np.flatnonzero(near):
+                near[k] = separation(bodies[i].shape, poses[k, i], bodies[j].shape, poses[k, j]).distance < 0.0
+        if not near[0] and np.mean(near) <= OFTEN:
+            pairs.append((i, j))
+    return pairs
+
+
+def _postures(robot: Robot, lower: Floats, upper: Floats) -> Floats:
+    """(K, n) the reference and postures spread evenly over the limits."""
+    low = np.where(np.isfinite(lower), lower, -np.pi)
+    high = np.where(np.isfinite(upper), upper, np.pi)
+    spread = low + (high - low) * qmc.Sobol(robot.dof, scramble=False).random(SAMPLES)
+    return np.vstack([robot.reference, spread])

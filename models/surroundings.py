@@ -1,0 +1,180 @@
+"""What stands in a cell besides its arms: obstacles, the part, pedestals, tools, the floor, distances to keep."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from enum import StrEnum
+
+import numpy as np
+
+from models.arrays import Floats
+from models.errors import InvalidInput
+from models.floor import Floor, Footprint
+from models.links import LinkBody
+from models.pose import transform
+from models.shapes import LARGEST, Body, Box, ConvexHull, Cylinder, HalfSpace, Shape
+
+Obstacle = Body
+"""A body in the world."""
+
+
+class PairClass(StrEnum):
+    """Kinds of pairs that must keep apart; the values are the contract's words."""
+
+    ARM_ARM = "arm_arm"
+    ARM_PART = "arm_part"
+    ARM_OBSTACLE = "arm_obstacle"
+    PART_OBSTACLE = "part_obstacle"
+    SELF = "self"
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """What the arms carry.
+
+    Attributes:
+        bodies: in the object frame.
+        grasp_zone: m; an arm may touch what lies nearer than this to a grasp (along each axis of the body it lies in).
+    """
+
+    bodies: tuple[Body, ...]
+    grasp_zone: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.grasp_zone <= LARGEST:
+            raise InvalidInput(f"grasp_zone is {self.grasp_zone:g} m; it must not be negative.", "/grasp_zone")
+        for index, body in enumerate(self.bodies):
+            if isinstance(body.shape, HalfSpace):
+                raise InvalidInput("a half-space cannot be carried; use a box.", f"/bodies/{index}/shape")
+
+
+@dataclass(frozen=True, eq=False)
+class Pedestal:
+    """What an arm is bolted onto; it moves with the base and is solid from the base origin downwards.
+
+    Attributes:
+        height: m, along the base's z axis.
+        footprint: of the pedestal, the same at every height.
+    """
+
+    height: float
+    footprint: Footprint
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.height <= LARGEST:
+            raise InvalidInput(f"the height of a pedestal is {self.height:g} m; it must be positive.", "/height")
+        if len(self.footprint.corners) == 1 and self.footprint.radius <= 0.0:
+            raise InvalidInput("the footprint of a pedestal needs an area.", "/footprint")
+
+    @property
+    def body(self) -> Body:
+        """The solid in the base frame, its top at the base origin."""
+        corners, radius = self.footprint.corners, self.footprint.radius
+        middle = transform(np.eye(3), [0.0, 0.0, -0.5 * self.height])
+        shape: Shape
+        if len(corners) == 1:
+            middle[:2, 3] = corners[0]
+            shape = Cylinder(radius, self.height)
+        else:
+            size = corners.max(axis=0) - corners.min(axis=0)
+            square = len(corners) == 4 and np.allclose(np.abs(corners), 0.5 * size, rtol=0.0, atol=1e-12)
+            if square and radius == 0.0:
+                shape = Box(np.array([*size, self.height]))
+            else:
+                shape = _prism(_swollen(corners, radius), self.height)
+        return Body("pedestal", middle, shape)
+
+
+@dataclass(frozen=True, slots=True)
+class Clearances:
+    """Distances [m] that pairs of a class must keep; None = not asked for, and not looked at."""
+
+    arm_arm: float | None = None
+    arm_part: float | None = None
+    arm_obstacle: float | None = None
+    part_obstacle: float | None = None
+    self_collision: float | None = None
+
+    def __post_init__(self) -> None:
+        for one in fields(self):
+            value = getattr(self, one.name)
+            if value is not None and not 0.0 <= value <= LARGEST:
+                name = "self" if one.name == "self_collision" else one.name
+                raise InvalidInput(f"the clearance {name} is {value:g} m; it must not be negative.", f"/{name}")
+
+    def required(self, kind: PairClass) -> float | None:
+        """The distance of a class [m], or None."""
+        value: float | None = getattr(self, "self_collision" if kind is PairClass.SELF else str(kind))
+        return value
+
+
+@dataclass(frozen=True, eq=False)
+class Equipment:
+    """What one arm brings along.
+
+    Attributes:
+        tool: bodies in the flange frame.
+        pedestal: under the base, or None.
+        links: bodies of the links, or None for those the catalogue knows or estimates (`models.links`).
+    """
+
+    tool: tuple[Body, ...] = ()
+    pedestal: Pedestal | None = None
+    links: tuple[LinkBody, ...] | None = None
+
+    def __post_init__(self) -> None:
+        for index, body in enumerate(self.tool):
+            if isinstance(body.shape, HalfSpace):
+                raise InvalidInput("a half-space is no tool; use a box.", f"/tool/{index}/shape")
+
+
+NOTHING = Equipment()
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """What a cell holds besides its arms and its task.
+
+    Attributes:
+        obstacles: in the world, names unique.
+        part: None if the object has no body.
+        floor: None if bases may stand anywhere.
+        clearances: distances to keep.
+        equipment: name of an arm -> what it brings along; arms without an entry bring nothing.
+    """
+
+    obstacles: tuple[Obstacle, ...] = ()
+    part: Part | None = None
+    floor: Floor | None = None
+    clearances: Clearances = Clearances()
+    equipment: Mapping[str, Equipment] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        seen: set[str] = set()
+        for index, obstacle in enumerate(self.obstacles):
+            if obstacle.name in seen:
+                raise InvalidInput(f"two obstacles are called {obstacle.name!r}.", f"/obstacles/{index}/name")
+            seen.add(obstacle.name)
+        object.__setattr__(self, "equipment", dict(self.equipment))
+
+    def of(self, arm: str) -> Equipment:
+        """What an arm brings along."""
+        return self.equipment.get(arm, NOTHING)
+
+
+def _swollen(corners: Floats, radius: float) -> Floats:
+    """Corners of a polygon that contains a polygon swollen by a radius: every corner becomes an octagon around it."""
+    if radius == 0.0:
+        return corners
+    angles = np.arange(8) * (np.pi / 4.0)
+    around = radius / np.cos(np.pi / 8.0) * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+    swollen: Floats = (corners[:, None, :] + around).reshape(-1, 2)
+    return swollen
+
+
+def _prism(corners: Floats, height: float) -> ConvexHull:
+    """A polygon's prism, centred on z = 0."""
+    ring = np.repeat(corners, 2, axis=0)
+    levels = np.tile([-0.5 * height, 0.5 * height], len(corners))
+    return ConvexHull(np.column_stack([ring, levels]))

@@ -60,7 +60,7 @@ def refined(problem: ReducedProblem, rng: np.random.Generator) -> float:
     postures, rows = np.unravel_index(order, costs.shape)
     best, places = costs[postures, rows], places[rows]
     signs = np.repeat(np.array(ALL_SIGNS)[postures], 25, axis=0)
-    for size in 0.1 * 0.6 ** np.arange(20):
+    for size in 0.1 * 0.6 ** np.arange(16):
         tried = places[:, None] + rng.normal(size=(4, 25, 3)) * size * width
         tried = np.clip(tried, bounds[:, 0], bounds[:, 1])
         found = evaluate_signed(problem, tried.reshape(-1, 3), signs)
@@ -121,9 +121,9 @@ def test_an_incumbent_that_cannot_be_beaten_is_kept_and_a_poor_one_is_replaced()
 def test_random_tasks_are_bounded_below_everything_a_search_finds(name):
     rng = np.random.default_rng(sum(map(ord, name)) + 2)
     solved = impossible = 0
-    for trial in range(9):
+    for trial in range(6):
         problem = random_problem(name, rng, mounted=trial % 3 == 2)
-        proof = certify(problem, None, CertificateSettings(0.01, 60.0), rounds(30))
+        proof = certify(problem, None, CertificateSettings(0.01, 60.0), rounds(20))
         best = refined(problem, rng)
         if proof.infeasible:
             impossible += 1
@@ -136,8 +136,8 @@ def test_random_tasks_are_bounded_below_everything_a_search_finds(name):
             solved += 1
             assert proof.objective <= best * 1.011
             assert proof.gap <= 0.01
-    assert solved >= 3
-    assert solved + impossible >= 6
+    assert solved >= 2
+    assert solved + impossible >= 4
 
 
 def test_fixed_coordinates_stay_fixed_and_a_fixed_base_costs_what_it_costs():
@@ -168,7 +168,7 @@ def test_only_admitted_postures_are_searched():
     problem = problem_of("line", 0)
     best = certify(problem, None, CertificateSettings(1e-3, 30.0))
     other = replace(problem, postures=np.array([s != best.found.signs for s in ALL_SIGNS]))
-    second = certify(other, None, CertificateSettings(1e-3, 30.0))
+    second = certify(other, None, CertificateSettings(2e-2, 30.0))
     assert second.found.signs != best.found.signs
     assert second.lower_bound > best.objective
     one = reduced_problem(CELLS["line"], replace(CELLS["line"].arms[0], posture=Posture(1, -1, -1)))
@@ -273,7 +273,7 @@ def test_incumbents_keep_the_limit_on_conditioning():
     worst = float(np.min(conditioning(arm.robot, arm.tool, paths.joints[:, 0, 0].T, length)))
     wanted = replace(arm, min_conditioning=1.2 * worst)
     problem = reduced_problem(CELLS["line"], wanted)
-    proof = certify(problem, None, CertificateSettings(0.05, 60.0), rounds(20))
+    proof = certify(problem, None, CertificateSettings(0.05, 60.0), rounds(12))
     assert proof.lower_bound <= plain.objective
     if proof.found is not None:
         joints = evaluate_signed(problem, proof.found.position[None], np.array([proof.found.signs])).joints[:, 0, 0]

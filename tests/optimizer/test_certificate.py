@@ -121,9 +121,9 @@ def test_an_incumbent_that_cannot_be_beaten_is_kept_and_a_poor_one_is_replaced()
 def test_random_tasks_are_bounded_below_everything_a_search_finds(name):
     rng = np.random.default_rng(sum(map(ord, name)) + 2)
     solved = impossible = 0
-    for trial in range(6):
-        problem = random_problem(name, rng, mounted=trial % 3 == 2)
-        proof = certify(problem, None, CertificateSettings(0.01, 60.0), rounds(20))
+    for trial in range(8):
+        problem = random_problem(name, rng, mounted=trial % 3 == 2, level=trial > 1)
+        proof = certify(problem, None, CertificateSettings(0.01, 60.0), rounds(16))
         best = refined(problem, rng)
         if proof.infeasible:
             impossible += 1

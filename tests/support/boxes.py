@@ -37,8 +37,13 @@ def robot_called(name: str) -> Robot:
     return robot_from_dh("skew", skew_rows(-1.2)) if name == "skew" else robot(name)
 
 
-def random_problem(name: str, rng: np.random.Generator, mounted: bool = False) -> ReducedProblem:
-    """A straight or turning path of 1 to 8 poses with all sorts of limits, weights, yaws and steps."""
+def random_problem(name: str, rng: np.random.Generator, mounted: bool = False, level: bool = False) -> ReducedProblem:
+    """A straight or turning path of 1 to 8 poses with all sorts of limits, weights, yaws and steps.
+
+    Args:
+        name: see `robot_called`. rng: source of chance.
+        mounted: the base may hang or stand on a wall. level: its z is fixed; else sometimes.
+    """
     chain = robot_called(name)
     scale, count = reach(chain), int(rng.integers(1, 9))
     start = Rotation.random(rng=rng) if rng.random() < 0.6 else Rotation.from_euler("x", pi)
@@ -56,7 +61,7 @@ def random_problem(name: str, rng: np.random.Generator, mounted: bool = False) -
     if rng.random() < 0.3:
         weights[rng.integers(6)] = 0.0
     level = Interval(-scale, scale)
-    height = Interval(-0.3 * scale, 0.3 * scale) if rng.random() < 0.4 else Interval(0.0, 0.0)
+    height = Interval(-0.3 * scale, 0.3 * scale) if not level and rng.random() < 0.4 else Interval(0.0, 0.0)
     arm = Arm(
         name,
         chain,

@@ -1,0 +1,269 @@
+"""Distances between everything in a cell: many configurations bounded at once in NumPy, Coal only for what is near."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.arm import Arm
+from models.arrays import Bools, Floats, Ints, set_frozen
+from models.bounding import ROUNDING, box_distances, segment_distances
+from models.collision_bodies import CellBodies, Owner, collect, frame_offsets
+from models.link_frames import link_frames
+from models.pose import transform
+from models.separation import separation
+from models.shapes import Sphere
+from models.surroundings import PairClass, Surroundings
+
+MOUNTED = 5e-3
+"""m; an obstacle whose surface is this near to where an arm is bolted down is what it is bolted to."""
+
+_AT_ONCE = 200_000
+"""Pairs times configurations bounded in one go."""
+
+
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """The nearest points of two bodies (or the deepest, where they penetrate).
+
+    Attributes:
+        kind: class of the pair.
+        distance: m, signed. ``distance = normal · (point_second - point_first)``.
+        first: name of a body. second: likewise.
+        first_owner: what the first body moves with. second_owner: likewise.
+        point_first: (3,) m in the world. point_second: likewise.
+        normal: (3,) unit, in the world, from the first body to the second.
+        pair: its number in the model.
+    """
+
+    kind: PairClass
+    distance: float
+    first: str
+    second: str
+    first_owner: Owner
+    second_owner: Owner
+    point_first: Floats
+    point_second: Floats
+    normal: Floats
+    pair: int
+
+    def __post_init__(self) -> None:
+        for name in ("point_first", "point_second", "normal"):
+            set_frozen(self, name, getattr(self, name), (3,))
+
+
+@dataclass(frozen=True, eq=False)
+class Configurations:
+    """Where everything is, for K configurations of all arms.
+
+    Attributes:
+        frames: (K, F, 4, 4) in the world: world, object, then the links of each arm.
+        ends: (K, B, 2, 3) m, segments of the bounding capsules in the world.
+        counted: (P,) pairs that count: not what an arm is bolted to.
+    """
+
+    frames: Floats
+    ends: Floats
+    counted: Bools
+
+    def __len__(self) -> int:
+        return len(self.frames)
+
+
+class CollisionModel:
+    """Bodies and pairs of a cell; build it once, ask it often. Classes without a clearance are not looked at."""
+
+    def __init__(self, arms: Sequence[Arm], surroundings: Surroundings) -> None:
+        """Collect bodies and pairs.
+
+        Args:
+            arms: of the cell; robots, grasps and limits are used.
+            surroundings: everything else.
+        """
+        self.arms = tuple(arms)
+        self.bodies: CellBodies = collect(arms, surroundings)
+        self.offsets = frame_offsets(arms)
+        self._drop = [_mount_depth(surroundings, arm) for arm in arms]
+        b = self.bodies
+        flat = b.flat[b.second]
+        self._planes = np.flatnonzero(flat)
+        self._solid = np.flatnonzero(~flat)
+        self._box_second = np.flatnonzero(~flat & ~b.rounded[b.second])
+        self._box_first = np.flatnonzero(~b.rounded[b.first] & ~flat)
+        self.exact_bounds: Bools = b.rounded[b.first] & (b.rounded[b.second] | flat)
+        self._mounts = np.flatnonzero(b.mounts)
+        self._mount_arms = np.array([b.owners[i].arm for i in b.first[self._mounts]])
+        self._last: tuple[bytes, Bools] = b"", np.ones(len(b.first), dtype=np.bool_)  # of the last bases
+        self._of_kind = {
+            kind: np.flatnonzero([k is kind for k in b.kinds]) for kind in PairClass if kind in set(b.kinds)
+        }
+
+    @property
+    def kinds(self) -> tuple[PairClass, ...]:
+        """Classes with at least one pair."""
+        return tuple(self._of_kind)
+
+    def configure(self, bases: Floats, joints: Sequence[Floats], objects: Floats) -> Configurations:
+        """Place everything.
+
+        Args:
+            bases: (A, 4, 4) base of each arm in the world.
+            joints: per arm (K, n) rad.
+            objects: (K, 4, 4) object frame in the world.
+        """
+        frames: Floats = np.empty((len(objects), self.offsets[-1], 4, 4))
+        frames[:, 0] = np.eye(4)
+        frames[:, 1] = objects
+        for arm, base, q, start in zip(self.arms, bases, joints, self.offsets[:-1], strict=True):
+            np.matmul(base, link_frames(arm.robot, q), out=frames[:, start : start + arm.dof + 1])
+        own = frames[:, self.bodies.frames]
+        ends = self.bodies.ends @ own[..., :3, :3].swapaxes(-1, -2) + own[..., None, :3, 3]
+        return Configurations(frames, ends, self._counted(bases))
+
+    def bounds(self, configurations: Configurations, pairs: Bools | None = None) -> Floats:
+        """(K, P) m, lower bounds of the signed distances of all pairs; infinite for pairs that do not count.
+
+        Exact, less `ROUNDING`, where `exact_bounds` says so.
+
+        Args:
+            configurations: to look at.
+            pairs: (P,) those of interest; the others get infinity.
+        """
+        wanted = configurations.counted if pairs is None else configurations.counted & pairs
+        result: Floats = np.full((len(configurations), len(wanted)), np.inf)
+        step = max(1, _AT_ONCE // max(1, int(np.count_nonzero(wanted))))
+        for start in range(0, len(configurations), step):
+            some = slice(start, start + step)
+            self._bound(configurations.frames[some], configurations.ends[some], wanted, result[some])
+        return result
+
+    def _bound(self, frames: Floats, ends: Floats, wanted: Bools, result: Floats) -> None:
+        """Fill lower bounds (K, P) of the wanted pairs."""
+        b, first, second = self.bodies, self.bodies.first, self.bodies.second
+        solid, planes = self._solid[wanted[self._solid]], self._planes[wanted[self._planes]]
+        segments = segment_distances(ends[:, first[solid]], ends[:, second[solid]])
+        result[:, solid] = segments - (b.radius[first[solid]] + b.radius[second[solid]])
+        if len(planes):
+            place = frames[:, b.frames[second[planes]]] @ np.stack([b.bodies[j].pose for j in second[planes]])
+            heights = np.einsum("kpea,kpa->kpe", ends[:, first[planes]] - place[..., None, :3, 3], place[..., :3, 2])
+            result[:, planes] = np.min(heights, axis=-1) - b.radius[first[planes]]
+        for boxed, thin, box in ((self._box_second, first, second), (self._box_first, second, first)):
+            pairs = boxed[wanted[boxed]]
+            if len(pairs):
+                place = frames[:, b.frames[box[pairs]]] @ b.box_poses[box[pairs]]
+                inside = (ends[:, thin[pairs]] - place[..., None, :3, 3]) @ place[..., :3, :3]
+                gaps = box_distances(inside, b.half[box[pairs]]) - b.radius[thin[pairs]]
+                result[:, pairs] = np.maximum(result[:, pairs], gaps)
+        result -= ROUNDING
+
+    def contact(self, configurations: Configurations, k: int, pair: int) -> Contact:
+        """Coal's answer for one pair in configuration k."""
+        b = self.bodies
+        i, j = int(b.first[pair]), int(b.second[pair])
+        poses = [configurations.frames[k, b.frames[x]] @ b.bodies[x].pose for x in (i, j)]
+        found = separation(b.bodies[i].shape, poses[0], b.bodies[j].shape, poses[1])
+        return Contact(
+            kind=b.kinds[pair],
+            distance=found.distance,
+            first=b.names[i],
+            second=b.names[j],
+            first_owner=b.owners[i],
+            second_owner=b.owners[j],
+            point_first=found.point_first,
+            point_second=found.point_second,
+            normal=found.normal,
+            pair=pair,
+        )
+
+    def closest(
+        self, configurations: Configurations, kind: PairClass, bounds: Floats | None = None
+    ) -> tuple[int, Contact] | None:
+        """The closest pair of a class over all configurations, with the configuration's number.
+
+        Pairs are asked for in the order of their bounds until no other can be closer. None if no pair counts.
+
+        Args:
+            configurations: to look at.
+            kind: class of pairs.
+            bounds: (K, P) m if known already; infinity hides a pair.
+        """
+        known = self.bounds(configurations) if bounds is None else bounds
+        of_kind = self._of_kind.get(kind)
+        if of_kind is None or len(known) == 0:
+            return None
+        some = known[:, of_kind]
+        best: tuple[int, Contact] | None = None
+        for index in np.argsort(some, axis=None, kind="stable"):
+            k, p = divmod(int(index), len(of_kind))
+            if not some[k, p] < (best[1].distance if best else np.inf):
+                break
+            contact = self.contact(configurations, k, int(of_kind[p]))
+            if best is None or contact.distance < best[1].distance:
+                best = k, contact
+        return best
+
+    def contacts(self, bases: Floats, joints: Sequence[Floats], object_in_world: Floats) -> dict[PairClass, Contact]:
+        """The closest pair of every class for one configuration.
+
+        Args:
+            bases: (A, 4, 4) base of each arm in the world.
+            joints: per arm (n,) rad.
+            object_in_world: (4, 4).
+        """
+        here = self.configure(bases, [q[None] for q in joints], object_in_world[None])
+        bounds = self.bounds(here)
+        found = {kind: self.closest(here, kind, bounds) for kind in self._of_kind}
+        return {kind: entry[1] for kind, entry in found.items() if entry is not None}
+
+    def near(
+        self,
+        bases: Floats,
+        joints: Sequence[Floats],
+        object_in_world: Floats,
+        within: Mapping[PairClass, float],
+    ) -> list[Contact]:
+        """All pairs nearer than a distance [m] given per class, closest first; arguments as for `contacts`."""
+        here = self.configure(bases, [q[None] for q in joints], object_in_world[None])
+        limits = np.array([within.get(kind, -np.inf) for kind in self.bodies.kinds])
+        candidates = np.flatnonzero(self.bounds(here)[0] < limits)
+        found = [self.contact(here, 0, int(pair)) for pair in candidates]
+        return sorted((c for c in found if c.distance < limits[c.pair]), key=lambda c: c.distance)
+
+    def _counted(self, bases: Floats) -> Bools:
+        """(P,) False where a base, pedestal or first link meets what its arm is bolted to."""
+        key = np.asarray(bases).tobytes()
+        if key != self._last[0]:
+            b = self.bodies
+            counted: Bools = np.ones(len(b.first), dtype=np.bool_)
+            for arm, base in enumerate(bases):
+                foot = base[:3, 3] - self._drop[arm] * base[:3, 2]
+                of_arm = self._mounts[self._mount_arms == arm]
+                for obstacle in self._touched(foot, np.unique(b.second[of_arm])):
+                    counted[of_arm[b.second[of_arm] == obstacle]] = False
+            self._last = key, counted
+        return self._last[1]
+
+    def _touched(self, point: Floats, obstacles: Ints) -> list[int]:
+        """Those of the obstacles on whose surface a point in the world lies, to `MOUNTED`."""
+        b = self.bodies
+        boxes = b.box_poses[obstacles]
+        inside = np.einsum("oab,oa->ob", boxes[:, :3, :3], point - boxes[:, :3, 3])
+        near = b.flat[obstacles] | np.all(np.abs(inside) <= b.half[obstacles] + MOUNTED, axis=1)
+        touched = []
+        for obstacle in obstacles[near]:
+            body = b.bodies[obstacle]
+            gap = separation(_SPECK, transform(np.eye(3), point), body.shape, body.pose).distance + _SPECK.radius
+            if abs(gap) <= MOUNTED:
+                touched.append(int(obstacle))
+        return touched
+
+
+_SPECK = Sphere(1e-5)
+
+
+def _mount_depth(surroundings: Surroundings, arm: Arm) -> float:
+    """How far [m] below the base origin, along the base's z axis, an arm is bolted down."""
+    pedestal = surroundings.of(arm.name).pedestal
+    return pedestal.height if pedestal is not None else 0.0

@@ -1,0 +1,189 @@
+"""All bodies of a cell and all pairs of them that must keep apart, as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from models.arm import Arm
+from models.arrays import Bools, Floats, Ints
+from models.bounding import Bounding, bounding
+from models.grasp_zone import outside_zones
+from models.links import link_bodies
+from models.self_pairs import self_pairs
+from models.shapes import Body, HalfSpace
+from models.surroundings import PairClass, Surroundings
+
+
+class Owner(NamedTuple):
+    """What a body moves with.
+
+    Attributes:
+        arm: index of the arm, or None for the world and the part.
+        link: of that arm, 0 for its base; None for the world and the part.
+        part: True for the object frame.
+    """
+
+    arm: int | None
+    link: int | None
+    part: bool = False
+
+
+WORLD = Owner(None, None)
+OBJECT = Owner(None, None, part=True)
+
+
+@dataclass(frozen=True, eq=False)
+class CellBodies:
+    """Bodies and pairs.
+
+    Frames are numbered: 0 world, 1 object, then links 0 to n of each arm in turn.
+
+    Attributes:
+        names: (B) for people.
+        owners: (B).
+        bodies: (B) poses are in the owner's frame.
+        frames: (B,) number of the owner's frame.
+        ends: (B, 2, 3) m, segment of the bounding capsule in the owner's frame. radius: (B,) m of that capsule.
+        box_poses: (B, 4, 4) bounding box in the owner's frame. half: (B, 3) m of that box.
+        rounded: (B,) True where the bounding capsule is the body.
+        flat: (B,) True for half-spaces, which have neither capsule nor box.
+        first: (P,) index of a pair's first body, never flat. second: (P,) likewise, may be flat.
+        kinds: (P) classes of the pairs.
+        mounts: (P,) True where the second body may be what the first body's arm is bolted to.
+    """
+
+    names: tuple[str, ...]
+    owners: tuple[Owner, ...]
+    bodies: tuple[Body, ...]
+    frames: Ints
+    ends: Floats
+    radius: Floats
+    box_poses: Floats
+    half: Floats
+    rounded: Bools
+    flat: Bools
+    first: Ints
+    second: Ints
+    kinds: tuple[PairClass, ...]
+    mounts: Bools
+
+
+def frame_offsets(arms: Sequence[Arm]) -> list[int]:
+    """Number of each arm's link 0, and after the last arm the number of all frames."""
+    return [2 + sum(arm.dof + 1 for arm in arms[:a]) for a in range(len(arms) + 1)]
+
+
+def collect(arms: Sequence[Arm], surroundings: Surroundings) -> CellBodies:
+    """All bodies of a cell, and the pairs of the classes that a clearance is asked for.
+
+    Left out as pairs: what an arm's last link and tool have with the part (they hold it), pairs of one arm that
+    `self_pairs` leaves out, two half-spaces.
+    """
+    entries: list[tuple[str, Owner, Body]] = []
+    groups: dict[tuple[str, int], list[int]] = {}
+
+    def add(group: str, index: int, name: str, owner: Owner, body: Body) -> None:
+        groups.setdefault((group, index), []).append(len(entries))
+        entries.append((name, owner, body))
+
+    for a, arm in enumerate(arms):
+        equipment = surroundings.of(arm.name)
+        links = equipment.links if equipment.links is not None else link_bodies(arm.robot)
+        if equipment.pedestal is not None:
+            add("arm", a, f"{arm.name} pedestal", Owner(a, 0), equipment.pedestal.body)
+        for link in links:
+            add("arm", a, f"{arm.name} {link.body.name}", Owner(a, link.link), link.body)
+        for tool in equipment.tool:
+            moved = Body(tool.name, arm.robot.flange_placement @ tool.pose, tool.shape)
+            add("arm", a, f"{arm.name} {tool.name}", Owner(a, arm.dof), moved)
+    for obstacle in surroundings.obstacles:
+        add("obstacle", 0, obstacle.name, WORLD, obstacle)
+    if surroundings.part is not None:
+        grasps = np.array([arm.grasp[:3, 3] for arm in arms]).reshape(-1, 3)
+        for body in surroundings.part.bodies:
+            add("part", 0, body.name, OBJECT, body)
+        for body in outside_zones(surroundings.part.bodies, grasps, surroundings.part.grasp_zone):
+            add("piece", 0, body.name, OBJECT, body)
+    bounds = [None if isinstance(body.shape, HalfSpace) else bounding(body.shape) for _, _, body in entries]
+    pairs = _pairs(arms, surroundings, entries, groups, bounds)
+    return _arrays(arms, entries, bounds, pairs)
+
+
+def _pairs(
+    arms: Sequence[Arm],
+    surroundings: Surroundings,
+    entries: list[tuple[str, Owner, Body]],
+    groups: dict[tuple[str, int], list[int]],
+    bounds: list[Bounding | None],
+) -> list[tuple[PairClass, int, int]]:
+    """Pairs of the classes asked for."""
+    asked = {kind for kind in PairClass if surroundings.clearances.required(kind) is not None}
+    of_arm = [groups.get(("arm", a), []) for a in range(len(arms))]
+    obstacles, part, pieces = (groups.get((group, 0), []) for group in ("obstacle", "part", "piece"))
+    pairs: list[tuple[PairClass, int, int]] = []
+    for a, arm in enumerate(arms):
+        own = of_arm[a]
+        others = [j for b in range(a + 1, len(arms)) for j in of_arm[b]]
+        pairs += [(PairClass.ARM_ARM, i, j) for i in own for j in others]
+        holding = [i for i in own if entries[i][1].link == arm.dof]
+        pairs += [(PairClass.ARM_PART, i, j) for i in own if i not in holding for j in pieces]
+        pairs += [(PairClass.ARM_OBSTACLE, i, j) for i in own for j in obstacles]
+        if PairClass.SELF in asked:
+            links = [entries[i][1].link or 0 for i in own]
+            solid = [bounds[i] for i in own]
+            kept = self_pairs(
+                arm.robot,
+                links,
+                [entries[i][2] for i in own],
+                [b for b in solid if b is not None],
+                arm.lower,
+                arm.upper,
+            )
+            pairs += [(PairClass.SELF, own[i], own[j]) for i, j in kept]
+    pairs += [(PairClass.PART_OBSTACLE, i, j) for i in part for j in obstacles]
+    return [pair for pair in pairs if pair[0] in asked]
+
+
+def _arrays(
+    arms: Sequence[Arm],
+    entries: list[tuple[str, Owner, Body]],
+    bounds: list[Bounding | None],
+    pairs: list[tuple[PairClass, int, int]],
+) -> CellBodies:
+    """Everything as arrays; half-spaces get zeros where they have nothing."""
+    offsets = frame_offsets(arms)
+    count = len(entries)
+    ends, radius = np.zeros((count, 2, 3)), np.zeros(count)
+    boxes, half = np.tile(np.eye(4), (count, 1, 1)), np.zeros((count, 3))
+    frames = np.zeros(count, dtype=np.int64)
+    for i, ((_, owner, body), bound) in enumerate(zip(entries, bounds, strict=True)):
+        if owner.arm is not None and owner.link is not None:
+            frames[i] = offsets[owner.arm] + owner.link
+        else:
+            frames[i] = int(owner.part)
+        boxes[i] = body.pose
+        if bound is not None:
+            ends[i] = bound.ends @ body.pose[:3, :3].T + body.pose[:3, 3]
+            radius[i], half[i] = bound.radius, bound.half
+            boxes[i, :3, 3] += body.pose[:3, :3] @ bound.centre
+    mounts = [kind is PairClass.ARM_OBSTACLE and entries[i][1].link in (0, 1) for kind, i, _ in pairs]
+    return CellBodies(
+        names=tuple(name for name, _, _ in entries),
+        owners=tuple(owner for _, owner, _ in entries),
+        bodies=tuple(body for _, _, body in entries),
+        frames=frames,
+        ends=ends,
+        radius=radius,
+        box_poses=boxes,
+        half=half,
+        rounded=np.array([bound is not None and bound.exact for bound in bounds], dtype=np.bool_),
+        flat=np.array([bound is None for bound in bounds], dtype=np.bool_),
+        first=np.array([i for _, i, _ in pairs], dtype=np.int64),
+        second=np.array([j for _, _, j in pairs], dtype=np.int64),
+        kinds=tuple(kind for kind, _, _ in pairs),
+        mounts=np.array(mounts, dtype=np.bool_),
+    )

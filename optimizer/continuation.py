@@ -7,6 +7,8 @@ drawn towards the reference on the way. All seeds move together, so a hundred pa
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 
 from models.arm import Arm
@@ -27,7 +29,9 @@ PULL = 0.3
 """Share of the way to the reference that spare freedom goes in one iteration."""
 
 
-def continue_paths(cell: Cell, arm: Arm, region: Floats, seed: int, count: int) -> list[LayeredPath]:
+def continue_paths(
+    cell: Cell, arm: Arm, region: Floats, seed: int, count: int, deadline: float = np.inf
+) -> list[LayeredPath]:
     """Paths from ``count`` seeds, those that reach every pose.
 
     Args:
@@ -36,6 +40,7 @@ def continue_paths(cell: Cell, arm: Arm, region: Floats, seed: int, count: int) 
         region: (4, 2) bounds of x, y, z [m] and yaw [rad] to draw bases from.
         seed: of the draws.
         count: how many.
+        deadline: `time.perf_counter` value; nothing is returned if it passes on the way.
     """
     places = spread(region, count, seed)
     if len(places) < count:
@@ -52,6 +57,8 @@ def continue_paths(cell: Cell, arm: Arm, region: Floats, seed: int, count: int) 
     for order in (range(middle + 1, len(targets)), range(middle - 1, -1, -1)):
         q = start
         for j in order:
+            if time.perf_counter() > deadline:
+                return []
             q, reached = _reach(chain, arm, targets[j], q, NEXT_ITERATIONS)
             path[j] = q
             alive &= reached

@@ -8,6 +8,7 @@ tried here.
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +30,8 @@ FOLLOWED = 256
 """Random postures followed along the task."""
 SAME_PLACE, SAME_JOINTS = 0.1, 0.5
 """m and rad: paths nearer than this to each other count as one start."""
+LONG_TASK = 100
+"""Poses from which on only a quarter as many postures are followed."""
 UNREACHED = 1e3
 """Score of a pose without a branch."""
 ROUNDS = 3
@@ -42,7 +45,7 @@ class GeneralScreen:
     evaluated: int
 
 
-def screen_general(cell: Cell, arm: Arm, box: Floats, seed: int) -> GeneralScreen:
+def screen_general(cell: Cell, arm: Arm, box: Floats, seed: int, deadline: float = np.inf) -> GeneralScreen:
     """Search bases in a box.
 
     Args:
@@ -50,6 +53,7 @@ def screen_general(cell: Cell, arm: Arm, box: Floats, seed: int) -> GeneralScree
         arm: the arm.
         box: (3, 2) m from `optimizer.box.search_box`.
         seed: of the point set.
+        deadline: `time.perf_counter` value after which nothing more is looked at.
 
     Returns:
         Paths, those that respect all limits first, then by objective.
@@ -60,24 +64,30 @@ def screen_general(cell: Cell, arm: Arm, box: Floats, seed: int) -> GeneralScree
     found: list[LayeredPath] = []
     evaluated = 0
     for round_ in range(ROUNDS):
-        followed = FOLLOWED * 2**round_
-        found += continue_paths(cell, arm, region, seed + round_, followed)
+        followed = (FOLLOWED if len(cell.task) < LONG_TASK else FOLLOWED // 4) * 2**round_
+        found += continue_paths(cell, arm, region, seed + round_, followed, deadline)
         evaluated += followed
-        if quickly_enumerated(arm.robot):
-            places = _best_places(cell, arm, region, seed + round_, 2**round_)
-            found += [best_path(cell, arm, place[:3], float(place[3])) for place in places[:PATHS]]
+        if quickly_enumerated(arm.robot) and time.perf_counter() < deadline:
+            places = _best_places(cell, arm, region, seed + round_, 2**round_, deadline)
             evaluated += len(places)
-        if any(path.violation == 0.0 for path in found):
+            for place in places[:PATHS]:
+                if time.perf_counter() < deadline:
+                    found.append(best_path(cell, arm, place[:3], float(place[3])))
+        if any(path.violation == 0.0 for path in found) or time.perf_counter() > deadline:
             break
     return GeneralScreen(sorted(found, key=lambda p: (p.violation > 0.0, p.violation, p.objective)), evaluated)
 
 
-def _best_places(cell: Cell, arm: Arm, region: Floats, seed: int, factor: int) -> Floats:
+def _best_places(cell: Cell, arm: Arm, region: Floats, seed: int, factor: int, deadline: float) -> Floats:
     """(k, 4) places spread over the region, best first by the cost of a few poses alone."""
     poses = np.unique(np.linspace(0, len(cell.task) - 1, 3).round())
     skip_first = bool(chain_of(arm.robot).vertical_sign)
     places = spread(region, SCORED[int(np.sum(region[:, 1] > region[:, 0]))] * factor, seed)
-    scores = np.array([_score(cell, arm, place, poses, skip_first) for place in places])
+    scores = np.full(len(places), np.inf)
+    for index, place in enumerate(places):
+        if time.perf_counter() > deadline:
+            break
+        scores[index] = _score(cell, arm, place, poses, skip_first)
     return places[np.argsort(scores, kind="stable")]
 
 

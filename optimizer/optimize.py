@@ -40,9 +40,10 @@ def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | 
     for index, arm in enumerate(cell.arms):
         report(f"searching {arm.name}", index / len(cell.arms))
         searches.append(search_arm(cell, arm, settings, deadline))
+    searched = time.perf_counter() - started
     certificate = None if settings.certificate is None else prove(cell, searches, settings.certificate, report)
     report("verifying", 1.0)
-    layout = _layout(cell, searches, certificate, started)
+    layout = _layout(cell, searches, certificate, searched)
     baselines = []
     for method in settings.baselines:
         report(f"baseline {method}", 1.0)
@@ -50,7 +51,7 @@ def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | 
     return replace(layout, baselines=tuple(baselines))
 
 
-def _layout(cell: Cell, searches: list[ArmSearch], certificate: Certificate | None, started: float) -> Layout:
+def _layout(cell: Cell, searches: list[ArmSearch], certificate: Certificate | None, wall_time: float) -> Layout:
     """Collect the arms' results."""
     placements: list[Placement] = []
     checks = []
@@ -73,7 +74,7 @@ def _layout(cell: Cell, searches: list[ArmSearch], certificate: Certificate | No
             candidates=sum(search.candidates for search in searches),
             starts=sum(search.starts for search in searches),
             basins=sum(len(search.basins) for search in searches),
-            wall_time=time.perf_counter() - started,
+            wall_time=wall_time,
         ),
         verification=summarise(checks) if checks else None,
         certificate=certificate,

@@ -65,7 +65,7 @@ def _prove_arm(cell: Cell, search: ArmSearch, settings: CertificateSettings) -> 
     arm = search.arm
     if search.proved:
         return ArmCertificate(arm.name, None, None, True, 0, 0.0, "proved infeasible: out of reach")
-    if search.problem is None or not arm.upright:
+    if search.problem is None:
         return ArmCertificate(arm.name, None, None, False, 0, 0.0, _no_proof(search))
     known = search.objective if search.best is not None else None
     proof = certify(search.problem, known, settings)
@@ -81,8 +81,12 @@ def _certificate(search: ArmSearch, proof: ArmProof, wanted: float) -> ArmCertif
     """The proof with its gap measured against the answer that will be given."""
     bound = None if proof.lower_bound is None else float(proof.lower_bound)
     gap = None if bound is None or search.best is None else relative_gap(search.objective, bound)
-    note = "proved infeasible: no base in the region can do the task in one posture" if proof.infeasible else proof.note
     proved = proof.infeasible or (gap is not None and gap <= wanted)
+    note = proof.note
+    if proof.infeasible:
+        note = "proved infeasible: no base in the region can do the task in one posture"
+    elif not proved and search.arm.min_conditioning is not None:
+        note = f"the bound does not know of min_conditioning; the gap may be what that costs. {note}".strip()
     return ArmCertificate(search.arm.name, bound, gap, proved, proof.boxes, proof.wall_time, note)
 
 
@@ -91,7 +95,7 @@ def _no_proof(search: ArmSearch) -> str:
     hits = ", ".join(f"{value:.6g} ({count} times)" for value, count in search.basins[:5])
     evidence = f"{search.starts} local solves ended in {len(search.basins)} optima: {hits}" if hits else "no optimum"
     return (
-        "no proof is offered for this arm: it needs an upright base, a vertical first axis and a closed form; "
+        "no proof is offered for this arm: it needs a first axis along the yaw and a closed form; "
         f"evidence of the search: {evidence}"
     )
 

@@ -106,13 +106,13 @@ def explain_general(cell: Cell, arm: Arm, paths: list[LayeredPath]) -> tuple[Rea
     """Reasons for an arm searched through layers of branches."""
     whole = [path for path in paths if len(path.joints)]
     if not whole:
-        nearest = min(paths, key=lambda path: len(path.unreached))
+        unreached = min((path.unreached for path in paths), key=len, default=tuple(range(len(cell.task))))
         return (
             Reason(
                 arm.name,
                 "out_of_reach",
-                nearest.unreached,
-                f"{arm.name}: no posture reaches {_poses(nearest.unreached)} from the best base tried; "
+                unreached,
+                f"{arm.name}: no posture was found that reaches {_poses(unreached)} from the best base tried; "
                 "enlarge the base region, change the grasp or choose a longer robot",
             ),
         )

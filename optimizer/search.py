@@ -106,8 +106,6 @@ def _decide(cell: Cell, search: ArmSearch, problem: ReducedProblem, deadline: fl
 
     It finds usable paths in corners that a spread of points misses, and knows when there are none.
     """
-    if not search.arm.upright:
-        return False
     limit = min(DECIDE_TIME, max(deadline - time.perf_counter(), 0.0))
     proof = certify(problem, None, CertificateSettings(gap=DECIDE_GAP, time_limit=limit))
     if proof.infeasible:
@@ -179,7 +177,8 @@ def path_from(problem: ReducedProblem, position: Floats, signs: tuple[int, int, 
 
 def _search_general(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadline: float) -> None:
     """Layers of branches from many bases, then local solves from the best paths."""
-    general = screen_general(cell, search.arm, box, seed)
+    general = screen_general(cell, search.arm, box, seed, deadline)
+    search.finished &= time.perf_counter() < deadline
     search.candidates = general.evaluated
     optima: list[tuple[float, ArmPoint]] = []
     for path in different([path for path in general.paths if len(path.joints)])[:GENERAL_STARTS]:

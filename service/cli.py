@@ -46,7 +46,7 @@ def parser() -> argparse.ArgumentParser:
 
     serve = commands.add_parser("serve", help="answer requests over HTTP", description="Answer requests over HTTP.")
     serve.add_argument("--host", help="address to listen on (DUOCELL_HOST, default 127.0.0.1)")
-    serve.add_argument("--port", type=int, help="port to listen on, 0: a free one (DUOCELL_PORT, default 8080)")
+    serve.add_argument("--port", type=int, help="port to listen on, 0: a free one (DUOCELL_PORT, default 8000)")
     serve.add_argument("--workers", type=int, help="solves at the same time (DUOCELL_WORKERS, default: one per core)")
     serve.add_argument("--data-dir", type=Path, help="folder for what has to survive a restart (DUOCELL_DATA_DIR)")
     serve.set_defaults(command=_serve)

@@ -35,7 +35,7 @@ def print_layout(resource: dict[str, Any], file: IO[str]) -> None:
         console.print(_placements(result["arms"]))
         console.print(_margins(result["arms"]))
     for reason in result["reasons"]:
-        console.print(f"  {reason['arm']}: {reason['detail']}", markup=False)
+        console.print(f"  {reason['detail']}", markup=False)
     console.print(_evidence(result), markup=False)
 
 

@@ -35,7 +35,7 @@ class Settings(Limits):
     """
 
     host: str = Field(default="127.0.0.1", description="address to listen on")
-    port: int = Field(default=8080, ge=0, le=65535, description="port to listen on; 0 takes a free one")
+    port: int = Field(default=8000, ge=0, le=65535, description="port to listen on; 0 takes a free one")
     workers: int = Field(default_factory=usable_cores, ge=1, le=256, description="solves at the same time")
     data_dir: Path = Field(default=Path("data"), description="folder for what has to survive a restart")
     time_limit: float = Field(default=60.0, gt=0.0, description="s, soft limit of one solve without its certificate")

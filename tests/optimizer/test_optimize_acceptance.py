@@ -10,15 +10,14 @@ import pytest
 from models.posture import ELBOW, SHOULDER, WRIST
 from optimizer.layout import Layout, Outcome
 from optimizer.optimize import optimize
-from tests.support.acceptance import CASES, load, need_cases
+from tests.support.acceptance import CASES, load
 from tests.support.answers import assert_sound, reached, turn_between
 
-NAMES = CASES or ("line", "arc")
+NAMES = CASES
 
 
 @cache
 def solved(name: str) -> Layout:
-    need_cases()
     return optimize(load(name)[0])
 
 

@@ -87,12 +87,54 @@ def test_a_dh_arm_is_bent_like_its_table():
 
 
 def test_capsules_end_flush_with_flange_and_mounting_face():
-    robot = catalogue.robot("lrmate200id")
+    robot = catalogue.robot("xarm6")
     bodies = link_bodies(robot)
     q = np.zeros((1, 6))
     ends, radii = segments(robot, bodies, q)
     lowest = np.min(ends[0, bodies[0].link == np.array([b.link for b in bodies]), :, 2]) - radii[0]
     assert lowest == pytest.approx(0.0, abs=1e-9)
+
+
+CITED = [robot for robot in ROBOTS if provenance(link_bodies(robot)) == "cited"]
+
+
+def test_some_arms_are_better_known():
+    assert {"ur5e", "ur10e", "lrmate200id", "kr6_r900", "iiwa14"} <= {robot.name for robot in CITED}
+
+
+@pytest.mark.parametrize("robot", CITED, ids=lambda robot: robot.name)
+def test_cited_bodies_hang_together_along_the_arm(robot):
+    """Each link's bodies touch those of the link before, at any posture, and no body is out of proportion."""
+    bodies = link_bodies(robot)
+    ends, radii = segments(robot, bodies, np.random.default_rng(0).uniform(-3.0, 3.0, (5, robot.dof)))
+    links = np.array([body.link for body in bodies])
+    assert set(links) == set(range(robot.dof + 1))
+    for link in range(1, robot.dof + 1):
+        gaps = [
+            segment_distances(ends[:, i], ends[:, j]) - radii[i] - radii[j]
+            for i in np.flatnonzero(links == link)
+            for j in np.flatnonzero(links == link - 1)
+        ]
+        assert np.all(np.min(gaps, axis=0) < 0.0)
+    assert radii.max() < 0.16 * reach(robot)
+    assert all("capsules around" in body.source for body in bodies)
+
+
+@pytest.mark.parametrize("robot", CITED, ids=lambda robot: robot.name)
+def test_cited_bodies_contain_every_joint_origin(robot):
+    bodies = link_bodies(robot)
+    q = np.random.default_rng(0).uniform(-3.0, 3.0, (5, robot.dof))
+    ends, radii = segments(robot, bodies, q)
+    origins = link_frames(robot, q)[:, 1:, :3, 3]
+    for joint in range(robot.dof):
+        spots = np.stack([origins[:, joint], origins[:, joint]], axis=1)[:, None]
+        assert np.all(np.min(segment_distances(spots, ends) - radii, axis=1) < 0.0), joint
+
+
+def test_the_upper_arm_of_a_ur_is_beside_its_kinematic_line():
+    """The shoulder offset (176 mm for a UR10e) that the joint origins know nothing of."""
+    (arm,) = [body for body in link_bodies(catalogue.robot("ur10e")) if body.link == 2]
+    assert np.linalg.norm(arm.body.pose[1, 3]) == pytest.approx(0.1762, abs=0.005)
 
 
 def test_a_user_s_robot_does_not_inherit_a_catalogue_name_s_data():

@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.stats import qmc
 
 from models.arrays import Floats
 from models.bounding import Bounding, segment_distances
 from models.link_frames import link_frames
 from models.robot import Robot
+from models.sampling import even_points
 from models.separation import separation
 from models.shapes import Body
 
@@ -58,5 +58,5 @@ def _postures(robot: Robot, lower: Floats, upper: Floats) -> Floats:
     """(K, n) the reference and postures spread evenly over the limits."""
     low = np.where(np.isfinite(lower), lower, -np.pi)
     high = np.where(np.isfinite(upper), upper, np.pi)
-    spread = low + (high - low) * qmc.Sobol(robot.dof, scramble=False).random(SAMPLES)
+    spread = low + (high - low) * even_points(robot.dof, SAMPLES, seed=0)
     return np.vstack([robot.reference, spread])

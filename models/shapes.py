@@ -1,7 +1,7 @@
 """Solid shapes and bodies: what can stand in a cell, hang on an arm or be carried.
 
-Every shape is convex; a mesh that is not becomes several hulls (`models.meshes`). A shape lives in its own frame, a
-`Body` puts it somewhere. Pointers of the errors are relative to the shape or body (``/size``, ``/pose``, ...).
+Every shape is convex; a mesh that is not becomes several hulls. A shape lives in its own frame, a `Body` puts it
+somewhere. Pointers of the errors are relative to the shape or body (``/size``, ``/pose``, ...).
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import inf, pi
+from math import pi
 
 import numpy as np
 
@@ -164,8 +164,3 @@ def range_weights(lower: Floats, upper: Floats) -> Floats:
 def equal_weights(lower: Floats, upper: Floats) -> Floats:
     """Weights 1 for joints with limits, 0 for joints without end."""
     return np.isfinite(upper - lower).astype(np.float64)
-
-
-def unlimited() -> Interval:
-    """The whole line."""
-    return Interval(-inf, inf)

@@ -1,7 +1,7 @@
 """Evenly spread points: an additive recurrence on the generalised golden ratio (Roberts' R sequence).
 
-As even as Sobol's points in the few dimensions needed here, for any number of points, and without the second that
-importing a statistics library takes in every process.
+About as even as Sobol's points for a few hundred points in two or three dimensions (less so for fewer), for any
+number of points, and without the second that importing a statistics library takes in every process.
 """
 
 from __future__ import annotations

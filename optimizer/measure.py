@@ -28,7 +28,8 @@ def objective_of(arm: Arm, joints: Floats) -> float:
 def path_signs(form: ClosedForm, joints: Floats) -> tuple[int, int, int]:
     """The posture (shoulder, elbow, wrist) of a path (m, 6): the sign each quantity has where it is not zero."""
     totals = np.sum(signs_of(form, joints), axis=0)
-    return tuple(1 if total >= 0 else -1 for total in totals)  # type: ignore[return-value]
+    shoulder, elbow, wrist = (1 if total >= 0 else -1 for total in totals)
+    return shoulder, elbow, wrist
 
 
 def place(arm: Arm, point: ArmPoint) -> Placement:

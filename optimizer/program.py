@@ -18,7 +18,6 @@ from models.arm import Arm
 from models.arrays import Floats
 from models.cell import Cell
 from models.closed_form import closed_form
-from models.posture import name_signs
 from optimizer.pose_rows import BASE, target_numbers
 from optimizer.structure import Structure, structure_of
 
@@ -226,6 +225,3 @@ def describe(program: Program) -> str:
     return f"{len(program.lower)} unknowns, {len(program.rows_lower)} rows, {structure.poses} poses ({arms})" + (
         f"; with {kinds}" if kinds else ""
     )
-
-
-__all__ = ["ArmPoint", "Cuts", "Program", "build_program", "describe", "joint_bounds", "name_signs"]

@@ -29,11 +29,6 @@ class SolveStatus(StrEnum):
     FAILED = "failed"  # the engine gave up or was called wrongly
 
     @property
-    def cut(self) -> bool:
-        """True if a limit ended the solve."""
-        return self is SolveStatus.LIMIT
-
-    @property
     def has_point(self) -> bool:
         """True if the point is worth being verified."""
         return self in (SolveStatus.OPTIMAL, SolveStatus.ACCEPTABLE, SolveStatus.LIMIT)

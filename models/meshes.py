@@ -1,0 +1,166 @@
+"""Triangle meshes from STL and OBJ files, and the convex hulls that stand for them.
+
+A mesh is taken apart into its connected pieces; a piece that is convex becomes its hull, any other is decomposed with
+CoACD (X. Wei et al., ACM Trans. Graph. 41, 2022) into a few hulls that together contain it. Hulls fill small dents, so
+they err on the safe side.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from models.arrays import Floats, Ints, set_frozen
+from models.errors import InvalidInput
+from models.shapes import LARGEST, ConvexHull
+
+FORMATS = ("stl", "obj")
+
+MOST_TRIANGLES = 200_000
+"""More than that is a visual model; a collision model has a hundredth."""
+
+CONVEX = 1e-3
+"""Share of its hull's volume that a piece may lack and still count as convex."""
+
+CONCAVITY = 0.05
+"""Largest dent that a decomposition leaves filled, relative to the size of the piece."""
+
+MISSED = 1e-3
+"""m; a decomposition from which the mesh sticks out farther than this is not used, the hull of the whole piece is."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles.
+
+    Attributes:
+        vertices: (v, 3) m.
+        faces: (f, 3) indices of vertices, counter-clockwise seen from outside.
+    """
+
+    vertices: Floats
+    faces: Ints
+
+    def __post_init__(self) -> None:
+        set_frozen(self, "vertices", self.vertices, (None, 3))
+        faces = np.array(self.faces, dtype=np.int64)
+        faces.setflags(write=False)
+        object.__setattr__(self, "faces", faces)
+
+
+def read_mesh(data: bytes, kind: str, scale: float = 1.0) -> Mesh:
+    """The mesh of a file; equal vertices are merged. Nothing but ``data`` is read, whatever a file refers to.
+
+    Args:
+        data: contents of the file.
+        kind: "stl" or "obj", in any case.
+        scale: factor to metres, 0.001 for a file in millimetres.
+
+    Raises:
+        InvalidInput: another format, unreadable, too many triangles, or coordinates that make no sense.
+    """
+    suffix = kind.lower().lstrip(".")
+    if suffix not in FORMATS:
+        raise InvalidInput(f"meshes are read from {' and '.join(FORMATS)} files; got {kind[:20]!r}.", "/mesh")
+    if not np.isfinite(scale) or scale <= 0.0:
+        raise InvalidInput(f"scale is {scale:g}; it must be positive.", "/scale")
+    import trimesh  # a tenth of a second that only cells with meshes need
+
+    options: dict[str, Any] = {"skip_materials": True} if suffix == "obj" else {}
+    try:
+        loaded = trimesh.load_mesh(io.BytesIO(data), file_type=suffix, process=False, **options)
+        vertices = np.asarray(loaded.vertices, dtype=np.float64) * scale
+        faces = np.asarray(loaded.faces, dtype=np.int64)
+    except Exception as error:  # the readers raise whatever broken bytes lead to
+        raise InvalidInput(f"this is no readable {suffix} file ({type(error).__name__}).", "/mesh") from error
+    if len(faces) == 0:
+        raise InvalidInput("the mesh has no triangles.", "/mesh")
+    if len(faces) > MOST_TRIANGLES:
+        raise InvalidInput(
+            f"the mesh has {len(faces)} triangles; at most {MOST_TRIANGLES} are accepted. "
+            "Send a simplified collision model.",
+            "/mesh",
+        )
+    if not np.all(np.isfinite(vertices)) or np.abs(vertices).max() > LARGEST:
+        raise InvalidInput(
+            f"a vertex is not finite or beyond {LARGEST:g} m; is the scale right (0.001 for millimetres)?", "/scale"
+        )
+    unique, index = np.unique(vertices, axis=0, return_inverse=True)
+    return Mesh(unique, index.reshape(-1)[faces])
+
+
+def convex_pieces(mesh: Mesh) -> tuple[ConvexHull, ...]:
+    """Hulls that together contain the mesh; the same ones every time. Seconds for a piece with dents.
+
+    Raises:
+        InvalidInput: the mesh encloses no volume.
+    """
+    pieces: list[ConvexHull] = []
+    for faces in _connected(mesh):
+        corners = mesh.vertices[np.unique(faces)]
+        try:
+            hull = ConvexHull(corners)
+        except InvalidInput:
+            continue  # a flat scrap
+        volume = abs(_signed_volume(mesh.vertices, faces))
+        whole = volume >= (1.0 - CONVEX) * _hull_volume(hull)
+        pieces.extend([hull] if whole else _decomposed(mesh.vertices, faces, hull))
+    if not pieces:
+        raise InvalidInput("the mesh encloses no volume; a solid is needed.", "/mesh")
+    return tuple(pieces)
+
+
+def _connected(mesh: Mesh) -> list[Ints]:
+    """Faces (f, 3) of each part of the mesh that hangs together."""
+    first, second = mesh.faces[:, [0, 1]].ravel(), mesh.faces[:, [1, 2]].ravel()
+    count = len(mesh.vertices)
+    graph = coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
+    _, labels = connected_components(graph, directed=False)
+    of_face = labels[mesh.faces[:, 0]]
+    return [mesh.faces[of_face == label] for label in np.unique(of_face)]
+
+
+def _signed_volume(vertices: Floats, faces: Ints) -> float:
+    """Volume [m³] inside closed triangles (divergence theorem), about their middle so that rounding stays small."""
+    a, b, c = (vertices[faces[:, i]] - vertices[faces].mean(axis=(0, 1)) for i in range(3))
+    return float(np.einsum("fa,fa->", a, np.cross(b, c))) / 6.0
+
+
+def _hull_volume(hull: ConvexHull) -> float:
+    from scipy.spatial import ConvexHull as Hull
+
+    return float(Hull(hull.points).volume)
+
+
+def _decomposed(vertices: Floats, faces: Ints, hull: ConvexHull) -> list[ConvexHull]:
+    """Hulls of one piece with dents."""
+    import coacd  # type: ignore[import-untyped]
+
+    coacd.set_log_level("error")
+    used, index = np.unique(faces, return_inverse=True)
+    parts = coacd.run_coacd(
+        coacd.Mesh(vertices[used], index.reshape(-1, 3)),
+        threshold=CONCAVITY,
+        mcts_iterations=60,
+        mcts_nodes=10,
+        seed=0,
+    )
+    hulls = []
+    for points, _ in parts:
+        try:
+            hulls.append(ConvexHull(points))
+        except InvalidInput:
+            continue
+    return hulls if hulls and _sticking_out(vertices[used], hulls) <= MISSED else [hull]
+
+
+def _sticking_out(points: Floats, hulls: Sequence[ConvexHull]) -> float:
+    """How far [m] the worst of the points lies outside of all hulls (at most; measured along normals of faces)."""
+    beyond = [np.max(points @ hull.planes[:, :3].T + hull.planes[:, 3], axis=1) for hull in hulls]
+    return float(np.max(np.min(beyond, axis=0)))

@@ -1,0 +1,103 @@
+"""Meshes: reading, refusing, and hulls that contain them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import trimesh
+
+from models.errors import InvalidInput
+from models.meshes import Mesh, convex_pieces, read_mesh
+
+CUBE = trimesh.creation.box((1.0, 2.0, 3.0))
+
+
+def as_stl(mesh) -> bytes:
+    return mesh.export(file_type="stl")
+
+
+def as_obj(mesh) -> bytes:
+    return mesh.export(file_type="obj").encode()
+
+
+def angle_bracket() -> trimesh.Trimesh:
+    """An L of one piece, extruded by hand."""
+    corners = np.array([[0, 0], [1, 0], [1, 0.1], [0.1, 0.1], [0.1, 1], [0, 1.0]])
+    flat = [[0, 1, 2], [0, 2, 3], [0, 3, 5], [3, 4, 5]]
+    vertices = np.vstack([np.column_stack([corners, np.full(6, z)]) for z in (0.0, 0.2)])
+    sides = [face for i in range(6) for face in ([i, (i + 1) % 6, i + 6], [(i + 1) % 6, (i + 1) % 6 + 6, i + 6])]
+    faces = [face[::-1] for face in flat] + [[v + 6 for v in face] for face in flat] + sides
+    return trimesh.Trimesh(vertices, faces, process=False)
+
+
+@pytest.mark.parametrize(("data", "kind"), [(as_stl(CUBE), "stl"), (as_obj(CUBE), ".OBJ")])
+def test_read_in_millimetres(data, kind):
+    mesh = read_mesh(data, kind, 1e-3)
+    assert len(mesh.vertices) == 8
+    assert len(mesh.faces) == 12
+    assert np.ptp(mesh.vertices, axis=0) == pytest.approx([0.001, 0.002, 0.003])
+
+
+def test_text_stl_is_read_too():
+    text = trimesh.exchange.stl.export_stl_ascii(CUBE).encode()
+    assert len(read_mesh(text, "stl").vertices) == 8
+
+
+def test_an_obj_that_names_other_files_reads_none_of_them():
+    data = b"mtllib /etc/passwd\nusemtl x\n" + as_obj(CUBE)
+    assert len(read_mesh(data, "obj").vertices) == 8
+
+
+@pytest.mark.parametrize(
+    ("data", "kind", "scale", "pointer"),
+    [
+        (as_stl(CUBE), "dae", 1.0, "/mesh"),
+        (b"", "stl", 1.0, "/mesh"),
+        (b"nonsense" * 40, "stl", 1.0, "/mesh"),
+        (b"\x00" * 84, "stl", 1.0, "/mesh"),
+        (as_stl(CUBE)[:200], "stl", 1.0, "/mesh"),
+        (b"v 0 0 0\nv 1 0 0\n", "obj", 1.0, "/mesh"),
+        (b"v 0 0 zero\nf 1 2 9\n", "obj", 1.0, "/mesh"),
+        (as_stl(CUBE), "stl", 0.0, "/scale"),
+        (as_stl(CUBE), "stl", np.nan, "/scale"),
+        (as_stl(CUBE), "stl", 1e4, "/scale"),
+    ],
+)
+def test_refused_with_a_pointer(data, kind, scale, pointer):
+    with pytest.raises(InvalidInput) as error:
+        read_mesh(data, kind, scale)
+    assert error.value.pointer == pointer
+
+
+def test_too_many_triangles(monkeypatch):
+    monkeypatch.setattr("models.meshes.MOST_TRIANGLES", 11)
+    with pytest.raises(InvalidInput, match="12 triangles"):
+        read_mesh(as_stl(CUBE), "stl")
+
+
+def test_each_convex_part_becomes_its_hull():
+    other = CUBE.copy()
+    other.apply_translation([5.0, 0.0, 0.0])
+    pieces = convex_pieces(read_mesh(as_stl(trimesh.util.concatenate([CUBE, other])), "stl"))
+    assert sorted(len(piece.points) for piece in pieces) == [8, 8]
+    assert sorted(float(piece.points[:, 0].mean()) for piece in pieces) == pytest.approx([0.0, 5.0])
+
+
+def test_a_bracket_becomes_hulls_that_contain_it_and_leave_its_corner_free():
+    bracket = angle_bracket()
+    assert bracket.is_watertight
+    pieces = convex_pieces(Mesh(bracket.vertices, bracket.faces))
+    assert len(pieces) > 1
+    shares = np.random.default_rng(0).dirichlet(np.ones(3), 50)
+    surface = np.einsum("ks,fsa->fka", shares, bracket.vertices[bracket.faces]).reshape(-1, 3)
+    beyond = np.min([np.max(surface @ p.planes[:, :3].T + p.planes[:, 3], axis=1) for p in pieces], axis=0)
+    assert beyond.max() < 2e-3
+    open_corner = np.array([0.6, 0.6, 0.1])
+    assert all(np.max(p.planes[:, :3] @ open_corner + p.planes[:, 3]) > 0.2 for p in pieces)
+    again = convex_pieces(Mesh(bracket.vertices, bracket.faces))
+    assert all(np.array_equal(a.points, b.points) for a, b in zip(pieces, again, strict=True))
+
+
+def test_a_sheet_is_no_solid():
+    with pytest.raises(InvalidInput, match="no volume"):
+        convex_pieces(Mesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.0]]), np.array([[0, 1, 2], [1, 3, 2]])))

@@ -140,7 +140,7 @@ def _hull_volume(hull: ConvexHull) -> float:
 
 def _decomposed(vertices: Floats, faces: Ints, hull: ConvexHull) -> list[ConvexHull]:
     """Hulls of one piece with dents."""
-    import coacd  # type: ignore[import-untyped]
+    import coacd
 
     coacd.set_log_level("error")
     used, index = np.unique(faces, return_inverse=True)

@@ -103,6 +103,11 @@ class Clearances:
                 name = "self" if one.name == "self_collision" else one.name
                 raise InvalidInput(f"the clearance {name} is {value:g} m; it must not be negative.", f"/{name}")
 
+    @property
+    def any(self) -> bool:
+        """True if any class is asked for."""
+        return any(getattr(self, one.name) is not None for one in fields(self))
+
     def required(self, kind: PairClass) -> float | None:
         """The distance of a class [m], or None."""
         value: float | None = getattr(self, "self_collision" if kind is PairClass.SELF else str(kind))

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from models.arrays import Floats, set_frozen
+from optimizer.findings import Alternative, Clearance, Explanation, Tolerance
 
 
 class Outcome(StrEnum):
@@ -22,7 +23,8 @@ class Reason:
 
     Attributes:
         arm: name of the arm.
-        kind: out_of_reach | joint_limit | joint_step | posture | conditioning | limit_reached.
+        kind: out_of_reach | joint_limit | joint_step | posture | conditioning | limit_reached | floor | coupling |
+            collision.
         poses: indices of the poses concerned (0-based).
         joint: name of the joint concerned, or None.
         amount: by how much, in ``unit``; None where there is no number.
@@ -56,6 +58,7 @@ class Placement:
         characteristic_length: m.
         singularity_distances: name of a singular set ("elbow", "wrist", "shoulder") -> smallest distance over the path
             (rad for elbow and wrist, m for shoulder); empty for arms without a closed form.
+        geometry: where the shape of the arm's links comes from: mesh | cited | estimated.
     """
 
     arm: str
@@ -69,6 +72,7 @@ class Placement:
     minimum_conditioning: float
     characteristic_length: float
     singularity_distances: dict[str, float]
+    geometry: str = "estimated"
 
     def __post_init__(self) -> None:
         set_frozen(self, "position", self.position, (3,))
@@ -212,6 +216,10 @@ class Layout:
         proved: True only with a proof: of optimality to the requested gap, or of infeasibility.
         search: evidence.
         verification: None where there is no placement.
+        clearances: what every class of pairs keeps along the whole path; empty if none was asked for.
+        alternatives: other layouts, best first, if asked for.
+        tolerance: what installation errors leave, if asked for.
+        explanation: what blocks an infeasible cell, if asked for.
     """
 
     outcome: Outcome
@@ -223,3 +231,7 @@ class Layout:
     verification: Verification | None
     certificate: Certificate | None = None
     baselines: tuple[Baseline, ...] = ()
+    clearances: tuple[Clearance, ...] = ()
+    alternatives: tuple[Alternative, ...] = ()
+    tolerance: Tolerance | None = None
+    explanation: Explanation | None = None

@@ -15,6 +15,7 @@ from models.arrays import Floats
 from models.cell import Cell
 from models.collision import CollisionModel, Contact
 from models.surroundings import Clearances, PairClass
+from optimizer.findings import Clearance
 from optimizer.stretches import Resolution, Walk
 
 
@@ -117,6 +118,24 @@ def check_clearance(
         limit_excess=float(max(excess)),
         limits_certain=walk.limits_certain and not walk.breaks,
         samples=len(walk.step),
+    )
+
+
+def found_clearances(path: PathClearance) -> tuple[Clearance, ...]:
+    """What a path keeps, in words for a result."""
+    return tuple(
+        Clearance(
+            kind=str(found.kind),
+            required=found.required,
+            distance=found.distance,
+            first=found.contact.first,
+            second=found.contact.second,
+            pose=found.pose,
+            fraction=found.fraction,
+            lower_bound=found.lower_bound if np.isfinite(found.lower_bound) else None,
+            certain=found.certain,
+        )
+        for found in path.classes
     )
 
 

@@ -130,7 +130,7 @@ class ArmCertificate:
 
 @dataclass(frozen=True, slots=True)
 class Certificate:
-    """Proof for the whole cell; the bound is the sum of the arms' bounds."""
+    """Proof for the whole cell; the bound is the sum of the arms' bounds. ``wanted`` is the gap that was asked for."""
 
     lower_bound: float | None
     gap: float | None
@@ -138,6 +138,7 @@ class Certificate:
     boxes: int
     wall_time: float
     arms: tuple[ArmCertificate, ...]
+    wanted: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -103,9 +103,7 @@ def _keep_conditioning(
     values, gradients = _conditioning_gradients(arm, point.joints)
     best: Solve | None = None
     for _ in range(CUT_ROUNDS):
-        near = values < 2.0 * wanted
-        bounds = np.where(near, wanted * (1.0 + NUDGE) - values + np.sum(gradients * point.joints, axis=1), -np.inf)
-        cuts = Cuts(np.where(near[:, None], gradients, 0.0), bounds)
+        cuts = _cuts(point.joints, wanted, values, gradients)
         keep = point.signs is not None
         result = _solve(cell, arm, point, deadline, keep_shoulder=keep, steps=steps, cuts=cuts, radius=radius)
         if time.perf_counter() > deadline or radius < SMALLEST_TRUST:
@@ -126,6 +124,17 @@ def _keep_conditioning(
                 break
         before = result.objective
     return best
+
+
+def conditioning_cuts(arm: Arm, joints: Floats) -> Cuts:
+    """Tangents of σmin/σmax >= min_conditioning at a path (m, n), where it comes near that."""
+    return _cuts(joints, float(arm.min_conditioning or 0.0), *_conditioning_gradients(arm, joints))
+
+
+def _cuts(joints: Floats, wanted: float, values: Floats, gradients: Floats) -> Cuts:
+    near = values < 2.0 * wanted
+    bounds = np.where(near, wanted * (1.0 + NUDGE) - values + np.sum(gradients * joints, axis=1), -np.inf)
+    return Cuts(np.where(near[:, None], gradients, 0.0), bounds)
 
 
 def _conditioning_gradients(arm: Arm, joints: Floats) -> tuple[Floats, Floats]:

@@ -7,6 +7,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from models.cell import Cell
+from optimizer.coupled.layout import coupled_layout
+from optimizer.coupled.search import CoupledSearch, search_coupled
 from optimizer.layout import Certificate, Layout, Outcome, Placement, Reason, Search
 from optimizer.measure import place
 from optimizer.penalty import run_baseline
@@ -22,7 +24,8 @@ Progress = Callable[[str, float], None]
 def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | None = None) -> Layout:
     """Find the base placements that keep every joint as close to its reference as possible along the whole task.
 
-    Arms that nothing couples are independent problems and are searched one by one; the objective is the sum.
+    Arms are searched one by one first; where nothing couples them they are independent problems, and the objective is
+    the sum. Couplings, floor and clearances are then brought in by `optimizer.coupled`.
 
     Args:
         cell: task and arms.
@@ -40,15 +43,28 @@ def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | 
     for index, arm in enumerate(cell.arms):
         report(f"searching {arm.name}", index / len(cell.arms))
         searches.append(search_arm(cell, arm, settings, deadline))
+    coupled = _couple(cell, searches, settings, deadline, report)
     searched = time.perf_counter() - started
     certificate = None if settings.certificate is None else prove(cell, searches, settings.certificate, report)
     report("verifying", 1.0)
     layout = _layout(cell, searches, certificate, searched)
+    if coupled is not None:
+        layout = coupled_layout(cell, layout, coupled, settings.alternatives)
     baselines = []
     for method in settings.baselines:
         report(f"baseline {method}", 1.0)
         baselines.append(run_baseline(method, cell, settings))
     return replace(layout, baselines=tuple(baselines))
+
+
+def _couple(
+    cell: Cell, searches: list[ArmSearch], settings: Settings, deadline: float, report: Progress
+) -> CoupledSearch | None:
+    """The search over all arms together, where something asks for it and every arm can do its part alone."""
+    wanted = cell.coupled or settings.alternatives > 0
+    if not wanted or any(search.best is None for search in searches):
+        return None
+    return search_coupled(cell, searches, settings, deadline, report)
 
 
 def _layout(cell: Cell, searches: list[ArmSearch], certificate: Certificate | None, wall_time: float) -> Layout:

@@ -53,6 +53,7 @@ def prove(
         boxes=sum(arm.boxes for arm in arms),
         wall_time=time.perf_counter() - began,
         arms=tuple(arms),
+        wanted=settings.gap,
     )
 
 

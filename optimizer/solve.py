@@ -109,7 +109,7 @@ def solve_program(program: Program, start: Sequence[ArmPoint], time_limit: float
         empty = float(np.max(program.lower - program.upper))
         return Solve(SolveStatus.INFEASIBLE, "Empty_Bounds", list(start), np.inf, empty, 0, 0.0)
     began = time.perf_counter()
-    solver = _solver(program.structure, _rounded(time_limit))
+    solver = _solver(program.structure, rounded_limit(time_limit))
     result = solver(
         x0=program.pack(start),
         p=program.parameters,
@@ -135,7 +135,7 @@ def solve_program(program: Program, start: Sequence[ArmPoint], time_limit: float
     )
 
 
-def _rounded(time_limit: float) -> float:
+def rounded_limit(time_limit: float) -> float:
     """The largest power of two that is not longer: limits are compiled into solvers, and no two are the same."""
     return float(2.0 ** np.floor(np.log2(max(time_limit, 1.0 / 16.0))))
 

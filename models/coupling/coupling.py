@@ -6,11 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+import casadi as ca
+import numpy as np
+
+from models.arrays import Floats
 from models.errors import InvalidInput
 
 Scalar = Any
 """A number, a NumPy array or a CasADi expression: rows are written once and evaluated on all three."""
-Base = Sequence[Scalar]
+Base = Sequence[Scalar] | Floats
 """x, y, z [m] and yaw [rad] of one arm's base."""
 
 
@@ -63,3 +67,8 @@ def check_arms(arms: Sequence[int], least: int, most: int | None) -> None:
     if len(arms) < least or (most is not None and len(arms) > most):
         wanted = f"{least}" if most == least else f"{least} or more"
         raise InvalidInput(f"this coupling needs {wanted} arms, got {len(arms)}.", "/arms")
+
+
+def sine(angle: Scalar) -> Scalar:
+    """sin of a number, an array or an expression."""
+    return ca.sin(angle) if isinstance(angle, ca.SX | ca.MX) else np.sin(angle)

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
 
-import casadi as ca
-
 from models.coupling.coupling import Base, Rows, check_arms
 from models.errors import InvalidInput
 
@@ -41,5 +39,5 @@ class Distance:
     def rows(self, bases: Sequence[Base]) -> Rows:
         """The distance [m]."""
         first, second = (bases[arm] for arm in self.arms)
-        value = ca.sqrt((second[0] - first[0]) ** 2 + (second[1] - first[1]) ** 2 + TINY)
+        value = ((second[0] - first[0]) ** 2 + (second[1] - first[1]) ** 2 + TINY) ** 0.5
         return Rows((value,), (self.minimum,), (self.maximum,), ("distance of the bases",))

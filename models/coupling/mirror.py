@@ -6,9 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, sin
 
-import casadi as ca
-
-from models.coupling.coupling import Base, Rows, check_arms
+from models.coupling.coupling import Base, Rows, check_arms, sine
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +37,7 @@ class Mirror:
         shift = (second[0] - first[0]) * along[0] + (second[1] - first[1]) * along[1]
         middle = (first[0] + second[0]) / 2.0 - self.point[0], (first[1] + second[1]) / 2.0 - self.point[1]
         off = 2.0 * (middle[0] * across[0] + middle[1] * across[1])
-        turn = 2.0 * ca.sin((first[3] + second[3]) / 2.0 - self.angle)
+        turn = 2.0 * sine((first[3] + second[3]) / 2.0 - self.angle)
         zeros = (0.0,) * 4
         labels = ("mirrored along the plane", "mirrored across the plane", "same height", "mirrored yaw")
         return Rows((shift, off, second[2] - first[2], turn), zeros, zeros, labels)

@@ -1,0 +1,132 @@
+"""Combinations of the arms' candidates: which of them fit together, best first."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.arrays import Floats
+from models.cell import Cell
+from optimizer.coupled.place_tied import tied
+from optimizer.coupled.pool import Member
+from optimizer.coupled.refine import price_of
+from optimizer.coupled.scene import Scene
+from optimizer.program import ArmPoint
+from optimizer.reduced import ReducedProblem
+
+BEAM = 600
+"""Combinations kept while one arm after the other is added."""
+LOOKED_AT = 250
+"""Combinations whose arms are checked against each other, best first; as many more are taken from all over the rest."""
+WIDEST_TIED = 100
+"""Combinations and members that are tied to each other, all with all."""
+ENOUGH = 12
+"""Clean combinations after which no more are looked for."""
+APART = 0.12
+"""m; combinations of the same postures whose bases are all nearer than this count as one start."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Combination:
+    """One point per arm.
+
+    Attributes:
+        points: one per arm. objective: E. lack: largest shortfall at the poses [m], <= 0 if none.
+    """
+
+    points: tuple[ArmPoint, ...]
+    objective: float
+    lack: float
+
+    def score(self, price: float) -> float:
+        """E with the shortfall made dear."""
+        return self.objective + price * max(self.lack, 0.0)
+
+
+def combine(
+    scene: Scene,
+    pools: Sequence[Sequence[Member]],
+    problems: Sequence[ReducedProblem | None],
+    effort: int,
+    deadline: float,
+) -> list[Combination]:
+    """Distinct promising combinations, best first.
+
+    Args:
+        scene: the cell. pools: candidates per arm, best first. problems: reduced problem per arm, or None.
+        effort: how many times as many combinations to look at as in the first round.
+        deadline: `time.perf_counter` value, soft.
+    """
+    price = price_of(scene.cell)
+    candidates = _beam(scene.cell, pools, problems, price, BEAM * effort)
+    looked: list[Combination] = []
+    clean = 0
+    for members in _order(candidates, LOOKED_AT * effort):
+        if clean >= ENOUGH * effort or time.perf_counter() > deadline:
+            break
+        points = tuple(member.point for member in members)
+        lack = max(
+            max(member.lack for member in members),
+            scene.tie_lack(points),
+            scene.contact_lack(scene.bases(points), [p.joints for p in points], scene.cell.task.poses),
+        )
+        clean += lack <= 0.0
+        looked.append(Combination(points, sum(member.objective for member in members), lack))
+    return _distinct(sorted(looked, key=lambda c: c.score(price)))
+
+
+def _order(candidates: list[tuple[Member, ...]], count: int) -> list[tuple[Member, ...]]:
+    """The best ones, then some from all over the rest: where the best all collide, so do their neighbours."""
+    rest = candidates[count:]
+    stride = max(1, len(rest) // count)
+    return candidates[:count] + rest[::stride]
+
+
+def _beam(
+    cell: Cell,
+    pools: Sequence[Sequence[Member]],
+    problems: Sequence[ReducedProblem | None],
+    price: float,
+    width: int,
+) -> list[tuple[Member, ...]]:
+    """Combinations by the sum of their members' scores, couplings kept or made dear; arms are added one by one."""
+    partial: list[tuple[Member, ...]] = [(member,) for member in pools[0]]
+    for index in range(1, len(pools)):
+        ties = [c for c in cell.couplings if index in c.arms and all(arm <= index for arm in c.arms)]
+        if ties:
+            grown = tied(cell.arms[index], ties, partial[:WIDEST_TIED], pools[index][:WIDEST_TIED], problems[index])
+        else:
+            grown = _sums(partial, pools[index], price, width)
+        scores = np.array([sum(member.score(price) for member in members) for members in grown])
+        partial = [grown[i] for i in np.argsort(scores, kind="stable")[:width]]
+    return partial
+
+
+def _sums(
+    partial: list[tuple[Member, ...]], pool: Sequence[Member], price: float, width: int
+) -> list[tuple[Member, ...]]:
+    """The ``width`` best of all pairs of a partial combination and a member."""
+    first = np.array([sum(member.score(price) for member in members) for members in partial])
+    second = np.array([member.score(price) for member in pool])
+    total: Floats = first[:, None] + second
+    best = np.argsort(total, axis=None, kind="stable")[:width]
+    return [(*partial[i // len(pool)], pool[i % len(pool)]) for i in map(int, best)]
+
+
+def _distinct(combinations: list[Combination]) -> list[Combination]:
+    """Without those that stand about where an earlier one does, in the same postures."""
+    kept: list[Combination] = []
+    for one in combinations:
+        if not any(_alike(one, other) for other in kept):
+            kept.append(one)
+    return kept
+
+
+def _alike(one: Combination, other: Combination) -> bool:
+    return all(
+        p.signs == q.signs and float(np.max(np.abs(p.position - q.position))) < APART
+        for p, q in zip(one.points, other.points, strict=True)
+    )

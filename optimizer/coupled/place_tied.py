@@ -1,0 +1,82 @@
+"""Where an arm may stand once its couplings with arms already placed are kept: its candidates moved onto them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from models.arm import Arm
+from models.arrays import Floats
+from models.coupling import Coupling
+from optimizer.coupled.pool import Member
+from optimizer.program import ArmPoint
+from optimizer.reduced import ReducedProblem, evaluate_signed
+
+STEPS = 4
+DIFFERENCE = 1e-6
+"""m, of the rows' derivatives."""
+
+
+def tied(
+    arm: Arm,
+    couplings: Sequence[Coupling],
+    placed: Sequence[tuple[Member, ...]],
+    pool: Sequence[Member],
+    problem: ReducedProblem | None,
+) -> list[tuple[Member, ...]]:
+    """Every member of a pool next to every combination of the arms before it.
+
+    Members are moved to the nearest position that keeps the couplings, and get their best path there; their shortfall
+    in their surroundings is carried over. Those of arms without a reduced problem stay where they are.
+
+    Args:
+        arm: the one to be added. couplings: between it and arms before it. placed: one member per arm before it.
+        pool: its candidates. problem: its reduced problem, or None.
+    """
+    pairs = [(members, member) for members in placed for member in pool]
+    if problem is None or not pairs:
+        return [(*members, member) for members, member in pairs]
+    count = len(placed[0])
+    bases = [
+        np.array([(*members[a].point.position, members[a].point.yaw) for members, _ in pairs]).T for a in range(count)
+    ]
+    own = np.array([member.point.position for _, member in pairs])
+    yaws = np.array([member.point.yaw for _, member in pairs])
+    positions = _moved(couplings, bases, own, yaws, arm.base.bounds[:3])
+    paths = evaluate_signed(problem, positions, np.array([member.point.signs for _, member in pairs]))
+    return [
+        (*members, _at(member, positions[i], float(paths.yaw[0, i]), paths.joints[:, 0, i].T, paths.objective[0, i]))
+        for i, (members, member) in enumerate(pairs)
+        if paths.violation[0, i] == 0.0
+    ]
+
+
+def _at(member: Member, position: Floats, yaw: float, joints: Floats, objective: float) -> Member:
+    return Member(ArmPoint(position, yaw, joints, member.point.signs), float(objective), member.lack)
+
+
+def _moved(
+    couplings: Sequence[Coupling], bases: Sequence[Floats], positions: Floats, yaws: Floats, region: Floats
+) -> Floats:
+    """(Q, 3) positions after a few Gauss-Newton steps on what the couplings lack, inside the region (3, 2)."""
+    for _ in range(STEPS):
+        lack = _lack(couplings, bases, positions, yaws)
+        slopes = np.stack(
+            [(_lack(couplings, bases, positions + DIFFERENCE * unit, yaws) - lack) / DIFFERENCE for unit in np.eye(3)],
+            axis=-1,
+        )
+        step = (np.linalg.pinv(slopes, rcond=1e-6) @ lack[..., None])[..., 0]
+        positions = np.clip(positions - step, region[:, 0], region[:, 1])
+    return positions
+
+
+def _lack(couplings: Sequence[Coupling], bases: Sequence[Floats], positions: Floats, yaws: Floats) -> Floats:
+    """(Q, R) signed distances of the rows' values to their sets."""
+    placed = [*bases, np.vstack([positions.T, yaws])]
+    lack = []
+    for coupling in couplings:
+        rows = coupling.rows(placed)
+        for value, low, high in zip(rows.values, rows.lower, rows.upper, strict=True):
+            lack.append(np.minimum(value - low, 0.0) + np.maximum(value - high, 0.0))
+    return np.stack(lack, axis=-1)

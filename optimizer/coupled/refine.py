@@ -1,0 +1,114 @@
+"""From a start to the nearest best layout that keeps every distance: sequential programs with renewed distance rows."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from models.cell import Cell
+from models.surroundings import PairClass
+from optimizer.clearance import PathClearance
+from optimizer.coupled.program import solve_coupled
+from optimizer.coupled.rows import Look, look
+from optimizer.coupled.scene import LIMITS, Scene
+from optimizer.program import ArmPoint
+
+ROUNDS = 25
+"""Programs that one refinement may solve for one set of cushions."""
+RADIUS, SMALLEST_RADIUS, LARGEST_RADIUS = 0.1, 1e-5, 0.4
+"""m that a base may move in a round: at first, before giving up, at most."""
+WORTH = 1e-5
+"""Relative fall of the merit below which a round was the last one."""
+POOR, GOOD = 0.25, 0.75
+"""Share of the promised fall below which the radius shrinks, above which it grows."""
+CUSHION = 1e-4
+"""m asked for beyond the required distance, for what the linear rows leave out."""
+DIPS = 5
+"""How often a path that dips between its samples is sent back with more cushion."""
+PRICE = 100.0
+"""Cost of a metre or radian of violation, per pose and unit of weight."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Refined:
+    """Where a refinement ended.
+
+    Attributes:
+        points: one per arm. objective: E. lack: largest violation met at the samples, <= 0 if none.
+        clean: True if the layout passed every check. clearance: the path check of a layout that is clean or nearly so.
+        rounds: programs solved.
+    """
+
+    points: tuple[ArmPoint, ...]
+    objective: float
+    lack: float
+    clean: bool
+    clearance: PathClearance | None
+    rounds: int
+
+
+def price_of(cell: Cell) -> float:
+    """Cost of a metre or radian of violation, in units of E."""
+    weights = [arm.weight_scale for arm in cell.arms]
+    return PRICE * len(cell.task) * sum(weights) / len(weights)
+
+
+def refine(scene: Scene, start: Sequence[ArmPoint], deadline: float) -> Refined:
+    """Improve a layout until it is clean and locally best, or no longer gets better.
+
+    Args:
+        scene: the cell. start: one point per arm, each on its task. deadline: `time.perf_counter` value, soft.
+    """
+    cushions = dict.fromkeys(PairClass, CUSHION)
+    best: Refined | None = None
+    points, rounds = tuple(start), 0
+    for _ in range(DIPS + 1):
+        here, used = _descend(scene, look(scene, points, cushions), cushions, deadline)
+        rounds += used
+        if here.lack > CUSHION or not here.followed:
+            break
+        clearance = scene.certify(here.points)
+        lack = max(scene.tie_lack(here.points), scene.floor_lack(here.points))
+        clean = lack <= LIMITS and scene.usable(here.points) and (clearance is None or _passes(clearance))
+        best = Refined(here.points, here.objective, lack, clean, clearance, rounds)
+        if clean or clearance is None or time.perf_counter() > deadline:
+            break
+        for found in clearance.classes:
+            if not found.clear:
+                cushions[found.kind] += 1.2 * (found.required - found.distance) + CUSHION
+        points = here.points
+    return best or Refined(here.points, here.objective, here.lack, False, None, rounds)
+
+
+def _passes(clearance: PathClearance) -> bool:
+    return clearance.clear and clearance.limit_excess <= LIMITS
+
+
+def _descend(scene: Scene, here: Look, cushions: dict[PairClass, float], deadline: float) -> tuple[Look, int]:
+    """Trust-region steps on the merit ``E + price · max(0, lack)``."""
+    price = price_of(scene.cell)
+    radius = max(RADIUS, 1.5 * scene.tie_lack(here.points))
+    for round_ in range(ROUNDS):
+        if radius < SMALLEST_RADIUS or time.perf_counter() > deadline:
+            return here, round_
+        result = solve_coupled(scene.cell, here.points, here.rows, radius, price, deadline)
+        if not result.status.has_point:
+            radius *= 0.3
+            continue
+        there = look(scene, result.points, cushions)
+        promised = _merit(here, price) - (scene.objective(result.points) + price * result.slack)
+        gained = _merit(here, price) - _merit(there, price)
+        if gained < POOR * promised:
+            radius *= 0.4
+        elif gained > GOOD * promised:
+            radius = min(2.0 * radius, LARGEST_RADIUS)
+        if gained > 0.0:
+            here = there
+        if promised <= WORTH * max(_merit(here, price), 1e-9):
+            return here, round_ + 1
+    return here, ROUNDS
+
+
+def _merit(at: Look, price: float) -> float:
+    return at.objective + price * max(at.lack, 0.0)

@@ -1,0 +1,121 @@
+"""What a coupled search tells its user: other layouts and why one might prefer them, or what is in the way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from models.cell import Cell
+from optimizer.clearance import PathClearance, found_clearances
+from optimizer.coupled.refine import Refined
+from optimizer.coupled.scene import LIMITS, Scene
+from optimizer.findings import Alternative, Clearance
+from optimizer.layout import Placement, Reason
+from optimizer.measure import place
+
+NOTICEABLE = 0.05
+"""Relative gain of a figure that is worth a word."""
+
+
+def placements_of(cell: Cell, refined: Refined) -> tuple[Placement, ...]:
+    """One placement per arm."""
+    return tuple(place(arm, point) for arm, point in zip(cell.arms, refined.points, strict=True))
+
+
+def clearances_of(refined: Refined) -> tuple[Clearance, ...]:
+    """What the layout keeps; empty where nothing was asked for or checked."""
+    return () if refined.clearance is None else found_clearances(refined.clearance)
+
+
+def alternatives(cell: Cell, found: Sequence[Refined], most: int) -> tuple[Alternative, ...]:
+    """The layouts after the first, best first."""
+    if not found:
+        return ()
+    best = _Figures(cell, found[0])
+    return tuple(
+        Alternative(one.objective, figures.placements, figures.clearances, figures.against(best))
+        for one in found[1 : 1 + most]
+        for figures in (_Figures(cell, one),)
+    )
+
+
+class _Figures:
+    """Numbers by which layouts are compared."""
+
+    def __init__(self, cell: Cell, refined: Refined) -> None:
+        self.objective = refined.objective
+        self.placements = placements_of(cell, refined)
+        self.clearances = clearances_of(refined)
+        self.margin = min(placement.minimum_margin for placement in self.placements)
+        self.conditioning = min(placement.minimum_conditioning for placement in self.placements)
+        self.spare = min((c.distance - c.required for c in self.clearances if c.kind != "part_obstacle"), default=None)
+
+    def against(self, best: _Figures) -> str:
+        """Why one might prefer this layout."""
+        gains = []
+        if self.margin > best.margin * (1.0 + NOTICEABLE):
+            gains.append(f"smallest joint margin {self.margin:.3f} rad instead of {best.margin:.3f} rad")
+        if self.conditioning > best.conditioning * (1.0 + NOTICEABLE):
+            gains.append(f"conditioning {self.conditioning:.3f} instead of {best.conditioning:.3f}")
+        if self.spare is not None and best.spare is not None and self.spare > best.spare + 1e-3:
+            gains.append(f"{(self.spare - best.spare) * 1e3:.0f} mm more room beyond the clearances")
+        cost = f"objective {100.0 * (self.objective / max(best.objective, 1e-9) - 1.0):.1f} % higher"
+        return f"{'; '.join(gains) or 'other places, should the best ones not be available'} ({cost})"
+
+
+def explain(scene: Scene, nearest: Refined | None, starts: int) -> tuple[Reason, ...]:
+    """Why no layout is clean, told by the least violating one that was found."""
+    evidence = f"the best of {starts} layouts that were tried"
+    if nearest is None:
+        return (Reason("", "coupling", (), "no combination of the arms' placements was found at all"),)
+    reasons = [*_ties(scene, nearest, evidence), *_floor(scene, nearest, evidence)]
+    clearance = nearest.clearance or scene.certify(nearest.points)
+    if clearance is not None:
+        reasons += _contacts(clearance, evidence)
+    return tuple(reasons) or (Reason("", "coupling", (), f"{evidence} does not pass the final check"),)
+
+
+def _contacts(clearance: PathClearance, evidence: str) -> list[Reason]:
+    reasons = [
+        Reason(
+            "",
+            "collision",
+            (found.pose,),
+            f"{found.contact.first} and {found.contact.second} are {found.distance * 1e3:.1f} mm apart after pose "
+            f"{found.pose} in {evidence}; {found.required * 1e3:g} mm are asked for ({found.kind})",
+            None,
+            found.required - found.distance,
+            "m",
+        )
+        for found in clearance.classes
+        if not found.clear
+    ]
+    for arm in dict.fromkeys(one.arm for one in clearance.breaks):
+        poses = tuple(one.pose for one in clearance.breaks if one.arm == arm)
+        reasons.append(
+            Reason(arm, "joint_step", poses, f"{arm} cannot follow the part between the poses in {evidence}")
+        )
+    if clearance.limit_excess > LIMITS:
+        detail = f"a joint leaves its limits by {clearance.limit_excess:.4f} rad between two poses in {evidence}"
+        reasons.append(Reason("", "joint_limit", (), detail, None, clearance.limit_excess, "rad"))
+    return reasons
+
+
+def _ties(scene: Scene, nearest: Refined, evidence: str) -> list[Reason]:
+    bases = [(*point.position, point.yaw) for point in nearest.points]
+    reasons = []
+    for coupling in scene.cell.couplings:
+        rows = coupling.rows(bases)
+        names = " and ".join(scene.cell.arms[arm].name for arm in coupling.arms)
+        for value, low, high, label in zip(rows.values, rows.lower, rows.upper, rows.labels, strict=True):
+            off = max(low - float(value), float(value) - high)
+            if off > LIMITS:
+                detail = f"{names}: {label} is missed by {off:.4g} in {evidence}"
+                reasons.append(Reason("", "coupling", (), detail, None, off, "m"))
+    return reasons
+
+
+def _floor(scene: Scene, nearest: Refined, evidence: str) -> list[Reason]:
+    lack = scene.floor_lack(nearest.points)
+    if lack <= LIMITS:
+        return []
+    return [Reason("", "floor", (), f"a base is {lack * 1e3:.1f} mm off the free floor in {evidence}", None, lack, "m")]

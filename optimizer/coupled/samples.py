@@ -1,0 +1,77 @@
+"""Places on the path at which distances are kept while a layout is being refined: the poses, and some between them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.arrays import Floats, Ints
+from models.cell import Cell
+from models.pose import inverse
+from optimizer.path_samples import ObjectPath, follow
+from optimizer.program import ArmPoint
+
+LONGEST_STEP, LONGEST_SHIFT = 0.25, 0.08
+"""rad of any joint and m of the object between neighbouring samples."""
+MOST = 12
+"""Stretches that a step between two poses is cut into at most; what dips in between is found by the final check."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Samples:
+    """Configurations along the path of one layout.
+
+    Attributes:
+        step: (K,) index of the pose before. fraction: (K,) of the way to the next, 1 only at the last pose.
+        joints: per arm (K, n) rad. objects: (K, 4, 4) object frames in the world.
+        followed: False if an arm cannot follow the object somewhere between two poses; such places are left out.
+    """
+
+    step: Ints
+    fraction: Floats
+    joints: tuple[Floats, ...]
+    objects: Floats
+    followed: bool
+
+
+def sample_path(cell: Cell, path: ObjectPath, bases: Floats, points: Sequence[ArmPoint]) -> Samples:
+    """Sample a layout's path.
+
+    Args:
+        cell: task and arms. path: of its object. bases: (A, 4, 4) in the world. points: one per arm.
+    """
+    m = len(cell.task)
+    cuts = _cuts(path, points)
+    step = np.concatenate([np.repeat(np.arange(m - 1), cuts), [m - 2]])
+    fraction = np.concatenate([np.concatenate([np.arange(c) / c for c in cuts]), [1.0]])
+    at_pose = (fraction == 0.0) | (fraction == 1.0)
+    pose = step + (fraction == 1.0)
+    between = np.flatnonzero(~at_pose)
+    objects = np.empty((len(step), 4, 4))
+    objects[at_pose] = cell.task.poses[pose[at_pose]]
+    objects[between] = path.at(step[between], fraction[between])
+    good = np.ones(len(step), dtype=np.bool_)
+    joints = []
+    for arm, base, point in zip(cell.arms, bases, points, strict=True):
+        q = np.empty((len(step), arm.dof))
+        q[at_pose] = point.joints[pose[at_pose]]
+        if len(between):
+            flanges = objects[between] @ arm.grasp @ inverse(arm.tool)
+            before, after = point.joints[step[between]], point.joints[step[between] + 1]
+            share = fraction[between, None]
+            near = (1.0 - share) * before + share * after
+            q[between], arrived = follow(arm.robot, base, flanges, near, near)
+            good[between] &= arrived
+        joints.append(q)
+    return Samples(step[good], fraction[good], tuple(q[good] for q in joints), objects[good], bool(np.all(good)))
+
+
+def _cuts(path: ObjectPath, points: Sequence[ArmPoint]) -> Ints:
+    """(m - 1,) into how many stretches each step is cut."""
+    turned = np.max([np.max(np.abs(np.diff(point.joints, axis=0)), axis=1) for point in points], axis=0)
+    shifted = np.linalg.norm(path.shifts, axis=1)
+    cuts = np.ceil(np.maximum(turned / LONGEST_STEP, shifted / LONGEST_SHIFT) - 1e-9)
+    limited: Ints = np.clip(cuts, 1, MOST).astype(np.int64)
+    return limited

@@ -1,0 +1,131 @@
+"""A coupled cell made ready to be asked: what a layout's path violates, and where."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.arm import Arm
+from models.arrays import Bools, Floats
+from models.cell import Cell
+from models.collision import CollisionModel
+from models.coupling import Rows
+from models.floor import POINT, Footprint
+from models.surroundings import PairClass, Surroundings
+from optimizer.clearance import PathClearance, check_clearance
+from optimizer.measure import objective_of
+from optimizer.path_samples import ObjectPath
+from optimizer.program import ArmPoint
+from optimizer.verify import check
+
+LIMITS = 1e-6
+"""rad that a joint may stick out of its limits between two poses: rounding of followed paths."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Scene:
+    """A cell with everything that does not depend on the layout.
+
+    Attributes:
+        cell: the cell.
+        model: bodies and pairs of the classes a clearance is asked for; None where none is.
+        required: (P,) m, distance to keep for every pair of the model.
+        movable: (P,) True for pairs whose distance depends on the layout.
+        path: of the object.
+        footprints: per arm, on the floor.
+    """
+
+    cell: Cell
+    model: CollisionModel | None
+    required: Floats
+    movable: Bools
+    path: ObjectPath
+    footprints: tuple[Footprint, ...]
+
+    @staticmethod
+    def of(cell: Cell) -> Scene:
+        """Build the models of a cell."""
+        around = cell.surroundings
+        model = CollisionModel(cell.arms, around) if around.clearances.any else None
+        kinds = model.bodies.kinds if model is not None else ()
+        return Scene(
+            cell,
+            model,
+            np.array([around.clearances.required(kind) or 0.0 for kind in kinds]),
+            np.array([kind is not PairClass.PART_OBSTACLE for kind in kinds], dtype=np.bool_),
+            ObjectPath(cell.task.poses),
+            tuple(footprint_of(around, arm.name) for arm in cell.arms),
+        )
+
+    def bases(self, points: Sequence[ArmPoint]) -> Floats:
+        """(A, 4, 4) bases in the world."""
+        return np.stack([arm.base_in_world(p.position, p.yaw) for arm, p in zip(self.cell.arms, points, strict=True)])
+
+    def objective(self, points: Sequence[ArmPoint]) -> float:
+        """E of a layout."""
+        return sum(objective_of(arm, point.joints) for arm, point in zip(self.cell.arms, points, strict=True))
+
+    def floor_lack(self, points: Sequence[ArmPoint]) -> float:
+        """Largest distance [m] by which a footprint is where it must not be; <= 0 if none is."""
+        floor = self.cell.surroundings.floor
+        if floor is None:
+            return 0.0
+        lack = [
+            -float(floor.signed_distance(point.position[None, :2], footprint, world_yaw(arm, point.yaw))[0])
+            for arm, point, footprint in zip(self.cell.arms, points, self.footprints, strict=True)
+        ]
+        return max(lack)
+
+    def tie_lack(self, points: Sequence[ArmPoint]) -> float:
+        """Largest violation of a coupling row [m or rad]."""
+        bases = [(*point.position, point.yaw) for point in points]
+        return max((tie_violation(coupling.rows(bases)) for coupling in self.cell.couplings), default=0.0)
+
+    def contact_lack(self, bases: Floats, joints: Sequence[Floats], objects: Floats) -> float:
+        """Largest shortfall [m] of a distance in some configurations; where none falls short, some number <= 0.
+
+        Args:
+            bases: (A, 4, 4) in the world. joints: per arm (K, n) rad. objects: (K, 4, 4) in the world.
+        """
+        if self.model is None:
+            return 0.0
+        places = self.model.configure(bases, joints, objects)
+        spare = self.model.bounds(places, self.movable) - self.required
+        least = 0.0
+        for index in np.argsort(spare, axis=None, kind="stable"):
+            if spare.flat[index] >= least:
+                break
+            k, pair = (int(i) for i in np.unravel_index(index, spare.shape))
+            least = min(least, self.model.contact(places, k, pair).distance - float(self.required[pair]))
+        return -least
+
+    def certify(self, points: Sequence[ArmPoint]) -> PathClearance | None:
+        """The full check of the path at and between its poses; None where no clearance is asked for."""
+        if self.model is None:
+            return None
+        joints = [point.joints for point in points]
+        return check_clearance(self.cell, self.model, self.cell.surroundings.clearances, self.bases(points), joints)
+
+    def usable(self, points: Sequence[ArmPoint]) -> bool:
+        """True if every arm passes the independent check of its own part."""
+        return all(check(self.cell, arm, point).usable for arm, point in zip(self.cell.arms, points, strict=True))
+
+
+def footprint_of(around: Surroundings, arm: str) -> Footprint:
+    """The ground that an arm's base covers: that of its pedestal, or the origin alone."""
+    pedestal = around.of(arm).pedestal
+    return POINT if pedestal is None else pedestal.footprint
+
+
+def world_yaw(arm: Arm, yaw: Floats | float) -> Floats:
+    """(...) rad, direction of a base's x axis seen from above, for yaws (...) about the base's own z axis."""
+    axis = arm.base_in_world(np.zeros(3), yaw)[..., :2, 0]
+    return np.arctan2(axis[..., 1], axis[..., 0])
+
+
+def tie_violation(rows: Rows) -> float:
+    """Largest distance of a row's value to its set."""
+    pairs = zip(rows.values, rows.lower, rows.upper, strict=True)
+    return max(max(low - float(value), float(value) - high, 0.0) for value, low, high in pairs)

@@ -1,0 +1,161 @@
+"""The search of a coupled cell: uncoupled optima first, then combinations of candidates, refined until clean."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from models.cell import Cell
+from optimizer.coupled.combine import Combination, combine
+from optimizer.coupled.obstructed import obstruction
+from optimizer.coupled.pool import Member, Pool, alone_scene, pool_of, with_optimum
+from optimizer.coupled.refine import Refined, price_of, refine
+from optimizer.coupled.scene import LIMITS, Scene
+from optimizer.layout import Reason
+from optimizer.program import ArmPoint
+from optimizer.search import ArmSearch
+from optimizer.settings import Settings
+
+ROUNDS = 3
+STARTS = 8
+"""Refinements of a round; half as many once a round has found something clean and the rest is not better by score."""
+WORTH = 1.25
+"""Starts whose score is this much above the best clean layout are not worth a refinement."""
+SAME_PLACE, SAME_COST = 0.02, 1e-3
+"""m and relative: layouts nearer than this are the same."""
+
+
+@dataclass(eq=False, slots=True)
+class CoupledSearch:
+    """What was found for a coupled cell.
+
+    Attributes:
+        found: distinct clean layouts, best first. nearest: the least violating one that was found, if none is clean.
+        candidates: bases × postures looked at. starts: refinements. hits: how often the best layout was reached.
+        finished: False if time ran out. reasons, proved: why there is none, and whether that is certain.
+    """
+
+    found: list[Refined] = field(default_factory=list)
+    nearest: Refined | None = None
+    candidates: int = 0
+    starts: int = 0
+    hits: int = 0
+    finished: bool = True
+    reasons: tuple[Reason, ...] = ()
+    proved: bool = False
+
+    @property
+    def best(self) -> Refined | None:
+        """The answer."""
+        return self.found[0] if self.found else None
+
+
+def search_coupled(
+    cell: Cell,
+    searches: Sequence[ArmSearch],
+    settings: Settings,
+    deadline: float,
+    report: Callable[[str, float], None] = lambda what, share: None,
+) -> CoupledSearch:
+    """Find the best layout of arms that something couples.
+
+    Args:
+        cell: the cell. searches: of its arms alone, all successful, in order.
+        settings: seed and number of alternatives.
+        deadline: `time.perf_counter` value, soft.
+        report: told what is being done and the share of it that is done.
+    """
+    search = CoupledSearch()
+    search.reasons = obstruction(cell)
+    if search.reasons:
+        search.proved = True
+        return search
+    scene = Scene.of(cell)
+    optimum = [arm.best for arm in searches if arm.best is not None]
+    if _keep(search, _as_it_is(scene, optimum)) and settings.alternatives == 0:
+        return search
+    for round_ in range(ROUNDS):
+        report("combining candidates", round_ / ROUNDS)
+        combinations = _combinations(scene, search, searches, settings, round_, deadline)
+        first = [Combination(tuple(optimum), scene.objective(optimum), np.inf)] if round_ == 0 else []
+        _refine_all(scene, search, [*first, *combinations], deadline, report)
+        if search.found or not search.finished:
+            break
+    return search
+
+
+def _as_it_is(scene: Scene, points: Sequence[ArmPoint]) -> Refined:
+    """The arms' own optima, checked together."""
+    clearance = scene.certify(points)
+    lack = max(scene.tie_lack(points), scene.floor_lack(points))
+    clean = lack <= LIMITS and (clearance is None or (clearance.clear and clearance.limit_excess <= LIMITS))
+    return Refined(tuple(points), scene.objective(points), lack, clean, clearance, 0)
+
+
+def _combinations(
+    scene: Scene,
+    search: CoupledSearch,
+    searches: Sequence[ArmSearch],
+    settings: Settings,
+    round_: int,
+    deadline: float,
+) -> list[Combination]:
+    """Candidates of every arm, combined."""
+    pools: list[list[Member]] = []
+    for index, arm in enumerate(searches):
+        pool: Pool = pool_of(scene, index, arm.problem, round_, settings.seed, deadline)
+        if arm.best is not None:
+            pool = with_optimum(pool, alone_scene(scene.cell, arm.arm), arm.best, arm.objective)
+        pools.append(pool.members)
+        search.candidates += pool.evaluated
+    return combine(scene, pools, [arm.problem for arm in searches], 2**round_, deadline)
+
+
+def _refine_all(
+    scene: Scene,
+    search: CoupledSearch,
+    starts: Sequence[Combination],
+    deadline: float,
+    report: Callable[[str, float], None],
+) -> None:
+    """Refine what can lead to something better than what is known."""
+    price = price_of(scene.cell)
+    for number, start in enumerate(starts[: STARTS + 1]):
+        if time.perf_counter() > deadline:
+            search.finished = False
+            return
+        worth = np.inf if search.best is None else WORTH * search.best.objective
+        if np.isfinite(start.lack) and start.score(price) > worth and start.lack <= 0.0:
+            continue
+        report("refining", number / STARTS)
+        search.starts += 1
+        _keep(search, refine(scene, start.points, deadline))
+
+
+def _keep(search: CoupledSearch, refined: Refined) -> bool:
+    """Take a layout over; True if it is clean."""
+    if not refined.clean:
+        if search.nearest is None or refined.lack < search.nearest.lack:
+            search.nearest = refined
+        return False
+    for other in search.found:
+        if _same(refined, other):
+            search.hits += other is search.found[0]
+            return True
+    search.found.append(refined)
+    search.found.sort(key=lambda one: one.objective)
+    if search.found[0] is refined:
+        search.hits = 1
+    return True
+
+
+def _same(one: Refined, other: Refined) -> bool:
+    if abs(one.objective - other.objective) > SAME_COST * max(one.objective, 1e-9):
+        return False
+    return all(
+        p.signs == q.signs and float(np.max(np.abs(p.position - q.position))) < SAME_PLACE
+        for p, q in zip(one.points, other.points, strict=True)
+    )

@@ -120,7 +120,7 @@ class DenseBodies:
         return len(self.solids) - 1
 
     def _carries(self, arm: int, body: int, obstacle: int) -> bool:
-        """True if the obstacle is what the arm is bolted to and the body belongs to its foot: base, pedestal, link 1."""
+        """True if the obstacle is what the arm is bolted to, and the body one of its foot: pedestal, base, link 1."""
         if self.solids[body].link > 1:
             return False
         pedestal = self.cell.surroundings.of(self.cell.arms[arm].name).pedestal

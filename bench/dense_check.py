@@ -1,7 +1,7 @@
-"""A slow judge of layouts: every millimetre of the path, every pair of bodies, nothing but Pinocchio, Coal and Shapely.
+"""A slow judge of layouts: every millimetre of the path, every pair, by Pinocchio, Coal and Shapely alone.
 
-It shares no code with what duocell checks itself by (`optimizer.clearance`, `models.collision`), reads the rules a second
-time, and is used to judge answers, not to find them.
+It shares no code with what duocell checks itself by (`optimizer.clearance`, `models.collision`), reads the rules a
+second time, and is used to judge answers, not to find them.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from bench.dense_bodies import DenseBodies
-from bench.dense_path import Lost, follow, object_steps
+from bench.dense_path import Lost, ObjectSteps, follow, object_steps
 from bench.dense_rules import coupling_excess, floor_gap, region_excess
 from models.arm import Arm
 from models.arrays import Floats
@@ -130,7 +130,7 @@ def dense_check(
         lost += [astray] if astray is not None else []
     pairs = list(zip(cell.arms, bases, joints, strict=True))
     return Verdict(
-        nearest=_nearest(cell, np.array(bases), followed, steps.poses, steps.step, steps.fraction),
+        nearest=_nearest(cell, np.array(bases), followed, steps),
         lost=tuple(lost),
         pose_error=max(_pose_error(cell, arm, base, q) for arm, base, q in pairs),
         limit_excess=max(
@@ -153,20 +153,18 @@ def base_in_world(arm: Arm, stand: Floats) -> Floats:
     return base
 
 
-def _nearest(
-    cell: Cell, bases: Floats, joints: list[Floats], objects: Floats, step: Floats, fraction: Floats
-) -> dict[str, Nearest]:
+def _nearest(cell: Cell, bases: Floats, joints: list[Floats], steps: ObjectSteps) -> dict[str, Nearest]:
     """Closest pair of every class over all samples."""
     bodies = DenseBodies(cell, bases)
     best: dict[str, Nearest] = {}
-    for k, pose in enumerate(objects):
+    for k, pose in enumerate(steps.poses):
         places = bodies.place([q[k] for q in joints], pose)
         found = bodies.nearest(places, {kind: nearest.distance for kind, nearest in best.items()})
         for kind, (distance, i, j) in found.items():
             word = "self_collision" if kind == "self" else kind
             required = getattr(cell.surroundings.clearances, word)
             names = bodies.solids[i].name, bodies.solids[j].name
-            best[kind] = Nearest(required, distance, *names, int(step[k]), float(fraction[k]))
+            best[kind] = Nearest(required, distance, *names, int(steps.step[k]), float(steps.fraction[k]))
     return best
 
 

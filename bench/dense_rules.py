@@ -33,7 +33,7 @@ def _turned_outside(yaw: float, interval: Interval) -> float:
 
 
 def floor_gap(cell: Cell, index: int, stand: Floats) -> float:
-    """How far [m] an arm's footprint is from where it must not be, beyond the margin; negative if it breaks the rule."""
+    """How far [m] an arm's footprint is from where it must not be, beyond the margin; negative: it is there."""
     floor = cell.surroundings.floor
     if floor is None:
         return inf

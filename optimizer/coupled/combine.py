@@ -12,7 +12,7 @@ from models.arrays import Floats
 from models.cell import Cell
 from optimizer.coupled.place_tied import tied
 from optimizer.coupled.pool import Member
-from optimizer.coupled.refine import price_of
+from optimizer.coupled.refine import nearby, price_of
 from optimizer.coupled.scene import Scene
 from optimizer.program import ArmPoint
 from optimizer.reduced import ReducedProblem
@@ -120,13 +120,6 @@ def _distinct(combinations: list[Combination]) -> list[Combination]:
     """Without those that stand about where an earlier one does, in the same postures."""
     kept: list[Combination] = []
     for one in combinations:
-        if not any(_alike(one, other) for other in kept):
+        if not any(nearby(one.points, other.points, APART) for other in kept):
             kept.append(one)
     return kept
-
-
-def _alike(one: Combination, other: Combination) -> bool:
-    return all(
-        p.signs == q.signs and float(np.max(np.abs(p.position - q.position))) < APART
-        for p, q in zip(one.points, other.points, strict=True)
-    )

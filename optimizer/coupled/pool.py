@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from bisect import insort
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -71,15 +72,19 @@ def pool_of(scene: Scene, index: int, problem: ReducedProblem | None, round_: in
         found, evaluated = _reduced_points(scene.cell, arm, problem, round_, seed)
     else:
         found, evaluated = _general_points(scene.cell, arm, seed + round_, deadline)
-    members = []
+    members: list[Member] = []
+    most = KEPT * 2**round_
+    scores: list[float] = []
     for objective, point in found[: LOOKED_AT * 2**round_]:
-        if time.perf_counter() > deadline:
+        enough = len(scores) >= most and scores[most - 1] <= objective  # the rest cannot score better
+        if enough or time.perf_counter() > deadline:
             break
         lack = own_lack(alone, point)
         if lack <= REPAIRABLE:
             members.append(Member(point, objective, lack))
+            insort(scores, members[-1].score(price))
     members.sort(key=lambda member: member.score(price))
-    return Pool(members[: KEPT * 2**round_], evaluated)
+    return Pool(members[:most], evaluated)
 
 
 def alone_scene(cell: Cell, arm: Arm) -> Scene:

@@ -6,6 +6,8 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from models.cell import Cell
 from models.surroundings import PairClass
 from optimizer.clearance import PathClearance
@@ -20,8 +22,12 @@ RADIUS, SMALLEST_RADIUS, LARGEST_RADIUS = 0.1, 1e-5, 0.4
 """m that a base may move in a round: at first, before giving up, at most."""
 WORTH = 1e-5
 """Relative fall of the merit below which a round was the last one."""
+STUCK = 5, 0.02
+"""Rounds over which the merit of a layout that still violates something must fall by this share."""
 POOR, GOOD = 0.25, 0.75
 """Share of the promised fall below which the radius shrinks, above which it grows."""
+SAME_BASIN = 0.01
+"""m; layouts in the same postures whose bases are nearer than this to each other lead to one optimum."""
 CUSHION = 1e-4
 """m asked for beyond the required distance, for what the linear rows leave out."""
 DIPS = 5
@@ -54,18 +60,22 @@ def price_of(cell: Cell) -> float:
     return PRICE * len(cell.task) * sum(weights) / len(weights)
 
 
-def refine(scene: Scene, start: Sequence[ArmPoint], deadline: float) -> Refined:
+def refine(scene: Scene, start: Sequence[ArmPoint], deadline: float, known: Sequence[Refined] = ()) -> Refined:
     """Improve a layout until it is clean and locally best, or no longer gets better.
 
     Args:
         scene: the cell. start: one point per arm, each on its task. deadline: `time.perf_counter` value, soft.
+        known: layouts reached from other starts; one that the way leads to is the answer, without going all of it.
     """
     cushions = dict.fromkeys(PairClass, CUSHION)
     best: Refined | None = None
     points, rounds = tuple(start), 0
     for _ in range(DIPS + 1):
-        here, used = _descend(scene, look(scene, points, cushions), cushions, deadline)
+        here, used = _descend(scene, look(scene, points, cushions), cushions, deadline, known)
         rounds += used
+        for other in known:
+            if nearby(here.points, other.points, SAME_BASIN):
+                return other
         if here.lack > CUSHION or not here.followed:
             break
         clearance = scene.certify(here.points)
@@ -81,33 +91,51 @@ def refine(scene: Scene, start: Sequence[ArmPoint], deadline: float) -> Refined:
     return best or Refined(here.points, here.objective, here.lack, False, None, rounds)
 
 
+def nearby(points: Sequence[ArmPoint], others: Sequence[ArmPoint], distance: float) -> bool:
+    """True for layouts in the same postures whose bases are nearer than ``distance`` [m] to each other."""
+    return all(
+        p.signs == q.signs and float(np.max(np.abs(p.position - q.position))) < distance
+        for p, q in zip(points, others, strict=True)
+    )
+
+
 def _passes(clearance: PathClearance) -> bool:
     return clearance.clear and clearance.limit_excess <= LIMITS
 
 
-def _descend(scene: Scene, here: Look, cushions: dict[PairClass, float], deadline: float) -> tuple[Look, int]:
+def _descend(
+    scene: Scene, here: Look, cushions: dict[PairClass, float], deadline: float, known: Sequence[Refined]
+) -> tuple[Look, int]:
     """Trust-region steps on the merit ``E + price · max(0, lack)``."""
     price = price_of(scene.cell)
     radius = max(RADIUS, 1.5 * scene.tie_lack(here.points))
+    merits = [_merit(here, price)]
     for round_ in range(ROUNDS):
-        if radius < SMALLEST_RADIUS or time.perf_counter() > deadline:
+        if radius < SMALLEST_RADIUS or time.perf_counter() > deadline or _stuck(here, merits):
             return here, round_
         result = solve_coupled(scene.cell, here.points, here.rows, radius, price, deadline)
         if not result.status.has_point:
             radius *= 0.3
             continue
         there = look(scene, result.points, cushions)
-        promised = _merit(here, price) - (scene.objective(result.points) + price * result.slack)
-        gained = _merit(here, price) - _merit(there, price)
+        promised = merits[-1] - (scene.objective(result.points) + price * result.slack)
+        gained = merits[-1] - _merit(there, price)
         if gained < POOR * promised:
             radius *= 0.4
         elif gained > GOOD * promised:
             radius = min(2.0 * radius, LARGEST_RADIUS)
         if gained > 0.0:
             here = there
-        if promised <= WORTH * max(_merit(here, price), 1e-9):
+        merits.append(_merit(here, price))
+        if promised <= WORTH * max(merits[-1], 1e-9) or any(nearby(here.points, k.points, SAME_BASIN) for k in known):
             return here, round_ + 1
     return here, ROUNDS
+
+
+def _stuck(here: Look, merits: Sequence[float]) -> bool:
+    """True where something is violated and nothing is gained any more."""
+    rounds, share = STUCK
+    return here.lack > CUSHION and len(merits) > rounds and merits[-1] > (1.0 - share) * merits[-1 - rounds]
 
 
 def _merit(at: Look, price: float) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 from models.arrays import Floats, Ints
 from models.cell import Cell
 from models.collision import Configurations
-from models.contact_gradient import contact_gradient
+from models.contact_gradient import contact_gradients
 from models.surroundings import PairClass
 from optimizer.coupled.samples import Samples, sample_path
 from optimizer.coupled.scene import Scene, world_yaw
@@ -118,13 +118,17 @@ class _Builder:
     def __init__(self, scene: Scene, columns: Columns, samples: Samples, follow: Sequence[Floats]) -> None:
         self.scene, self.columns, self.samples, self.follow = scene, columns, samples, follow
         self._gradients: list[Floats] = []
-        self._values: list[float] = []
-        self._required: list[float] = []
+        self._values: list[Floats] = []
+        self._required: list[Floats] = []
 
     def rows(self) -> LinearRows:
         """What was collected."""
-        gradients = np.array(self._gradients).reshape(-1, self.columns.count)
-        return LinearRows(gradients, np.array(self._values), np.array(self._required))
+        nothing = np.zeros(0)
+        return LinearRows(
+            np.concatenate([np.zeros((0, self.columns.count)), *self._gradients]),
+            np.concatenate([nothing, *self._values]),
+            np.concatenate([nothing, *self._required]),
+        )
 
     def add_contacts(self, places: Configurations, bases: Floats, cushions: Mapping[PairClass, float]) -> None:
         """Rows of the pairs nearest to their required distances."""
@@ -133,25 +137,24 @@ class _Builder:
             return
         spare = model.bounds(places, scene.movable) - scene.required
         nearest = np.argsort(spare, axis=None, kind="stable")[:MOST_ROWS]
-        for index in nearest[spare.ravel()[nearest] < NEAR]:
-            k, pair = (int(i) for i in np.unravel_index(index, spare.shape))
-            contact = model.contact(places, k, pair)
-            if contact.distance - scene.required[pair] < NEAR:
-                slope = contact_gradient(model, places, k, contact, bases)
-                wanted = float(scene.required[pair]) + cushions.get(contact.kind, 0.0)
-                self._add(k, slope.bases, slope.joints, contact.distance, wanted)
+        at, pairs = np.unravel_index(nearest[spare.ravel()[nearest] < NEAR], spare.shape)
+        contacts = [model.contact(places, int(k), int(pair)) for k, pair in zip(at, pairs, strict=True)]
+        slopes = contact_gradients(model, places, at, contacts, bases)
+        values = np.array([contact.distance for contact in contacts])
+        wanted = scene.required[pairs] + np.array([cushions.get(contact.kind, 0.0) for contact in contacts])
+        self._add(at, slopes.bases.reshape(len(at), -1), slopes.joints, values, wanted)
 
     def add_limits(self) -> None:
         """Rows of joints that are near their limits between two poses; at the poses their bounds hold anyway."""
+        arms = self.scene.cell.arms
         between = np.flatnonzero((self.samples.fraction > 0.0) & (self.samples.fraction < 1.0))
-        none = np.zeros((len(self.scene.cell.arms), BASE))
-        for a, arm in enumerate(self.scene.cell.arms):
-            q = self.samples.joints[a]
+        for a, arm in enumerate(arms):
+            q = self.samples.joints[a][between]
             for side, margin in ((1.0, q - arm.lower), (-1.0, arm.upper - q)):
-                for k, i in np.argwhere(margin[between] < NEAR_LIMIT):
-                    unit = [np.zeros(other.dof) for other in self.scene.cell.arms]
-                    unit[a][i] = side
-                    self._add(int(between[k]), none, unit, float(margin[between[k], i]), 0.0)
+                k, i = np.nonzero(margin < NEAR_LIMIT)
+                units = [np.zeros((len(k), other.dof)) for other in arms]
+                units[a][np.arange(len(k)), i] = side
+                self._add(between[k], np.zeros((len(k), BASE * len(arms))), units, margin[k, i], np.zeros(len(k)))
 
     def add_floor(self, points: Sequence[ArmPoint]) -> None:
         """One row per arm: the nearest piece of floor that it must not cover."""
@@ -166,28 +169,26 @@ class _Builder:
                 row = np.zeros(self.columns.count)
                 row[BASE * a : BASE * a + 2] = plane.normal
                 row[BASE * a + 3] = plane.yaw_slope
-                self._append(row, plane.distance, 0.0)
+                self._append(row[None], np.array([plane.distance]), np.zeros(1))
 
-    def _add(self, k: int, by_base: Floats, by_joints: Sequence[Floats], value: float, required: float) -> None:
-        """A row of sample k from the derivatives by bases (A, 4) and, per arm, by joints (n,)."""
-        row = np.zeros(self.columns.count)
-        row[: by_base.size] = by_base.ravel()
-        step, fraction = int(self.samples.step[k]), float(self.samples.fraction[k])
-        for a, slope in enumerate(by_joints):
-            if not np.any(slope):
-                continue
-            first = self.columns.first_joint[a]
+    def _add(self, at: Ints, by_base: Floats, by_joints: Sequence[Floats], values: Floats, required: Floats) -> None:
+        """Rows of samples (k,) from the derivatives by bases (k, 4A) and, per arm, by joints (k, n)."""
+        rows = np.zeros((len(at), self.columns.count))
+        rows[:, : by_base.shape[1]] = by_base
+        step, fraction = self.samples.step[at], self.samples.fraction[at]
+        for a, slopes in enumerate(by_joints):
+            first, n = self.columns.first_joint[a], slopes.shape[1]
             if first is None:
-                row[BASE * a : BASE * (a + 1)] += slope @ self.follow[a][k]
+                rows[:, BASE * a : BASE * (a + 1)] += np.einsum("ki,kib->kb", slopes, self.follow[a][at])
             else:  # between two poses the joints are, to first order, between theirs
                 for pose, share in ((step, 1.0 - fraction), (step + 1, fraction)):
-                    at = first + pose * len(slope)
-                    row[at : at + len(slope)] += share * slope
-        self._append(row, value, required)
+                    places = first + pose[:, None] * n + np.arange(n)
+                    rows[np.arange(len(at))[:, None], places] += share[:, None] * slopes
+        self._append(rows, values, required)
 
-    def _append(self, row: Floats, value: float, required: float) -> None:
-        self._gradients.append(row)
-        self._values.append(value)
+    def _append(self, rows: Floats, values: Floats, required: Floats) -> None:
+        self._gradients.append(rows)
+        self._values.append(values)
         self._required.append(required)
 
 

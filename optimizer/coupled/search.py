@@ -12,7 +12,7 @@ from models.cell import Cell
 from optimizer.coupled.combine import Combination, combine
 from optimizer.coupled.obstructed import obstruction
 from optimizer.coupled.pool import Member, Pool, alone_scene, pool_of, with_optimum
-from optimizer.coupled.refine import Refined, price_of, refine
+from optimizer.coupled.refine import Refined, nearby, price_of, refine
 from optimizer.coupled.scene import LIMITS, Scene
 from optimizer.layout import Reason
 from optimizer.program import ArmPoint
@@ -132,7 +132,7 @@ def _refine_all(
             continue
         report("refining", number / STARTS)
         search.starts += 1
-        _keep(search, refine(scene, start.points, deadline))
+        _keep(search, refine(scene, start.points, deadline, search.found))
 
 
 def _keep(search: CoupledSearch, refined: Refined) -> bool:
@@ -155,7 +155,4 @@ def _keep(search: CoupledSearch, refined: Refined) -> bool:
 def _same(one: Refined, other: Refined) -> bool:
     if abs(one.objective - other.objective) > SAME_COST * max(one.objective, 1e-9):
         return False
-    return all(
-        p.signs == q.signs and float(np.max(np.abs(p.position - q.position))) < SAME_PLACE
-        for p, q in zip(one.points, other.points, strict=True)
-    )
+    return nearby(one.points, other.points, SAME_PLACE)

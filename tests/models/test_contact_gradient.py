@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from models.collision import CollisionModel
-from models.contact_gradient import contact_gradient
+from models.contact_gradient import contact_gradients
 from models.pose import rotation_about, rotation_x, rotation_z, transform
 from models.surroundings import PairClass
 from tests.support.cells import beam_pair, random_obstacles
@@ -43,21 +43,21 @@ def test_derivatives_are_those_of_finite_differences(mount):
     compared = smooth = 0
     for pair in sampled_pairs(rng):
         contact = MODEL.contact(here, 0, int(pair))
-        gradient = contact_gradient(MODEL, here, 0, contact, bases)
+        gradient = contact_gradients(MODEL, here, np.array([0]), [contact], bases)
         ways = []
         for a in range(2):
             joint, axis = rng.integers(joints[a].size), rng.integers(4)
             q, place = np.zeros_like(joints[a]), np.zeros((2, 4))
             q[joint], place[a, axis] = STEP, STEP
             turned = [[x + s * q * (i == a) for i, x in enumerate(joints)] for s in (1, -1)]
-            ways.append((gradient.joints[a][joint], [(places, moved, pose) for moved in turned]))
-            ways.append((gradient.bases[a, axis], [(places + s * place, joints, pose) for s in (1, -1)]))
+            ways.append((gradient.joints[a][0, joint], [(places, moved, pose) for moved in turned]))
+            ways.append((gradient.bases[0, a, axis], [(places + s * place, joints, pose) for s in (1, -1)]))
         axis = rng.normal(size=3)
         axis /= np.linalg.norm(axis)
         shifted = [pose + s * STEP * np.pad(axis[:, None], ((0, 1), (3, 0))) for s in (1, -1)]
-        ways.append((gradient.object[:3] @ axis, [(places, joints, moved) for moved in shifted]))
+        ways.append((gradient.object[0, :3] @ axis, [(places, joints, moved) for moved in shifted]))
         spun = [transform(rotation_about(axis, s * STEP) @ pose[:3, :3], pose[:3, 3]) for s in (1, -1)]
-        ways.append((gradient.object[3:] @ axis, [(places, joints, moved) for moved in spun]))
+        ways.append((gradient.object[0, 3:] @ axis, [(places, joints, moved) for moved in spun]))
         for expected, (plus, minus) in ways:
             ahead, behind = distance(int(pair), *plus), distance(int(pair), *minus)
             compared += 1
@@ -72,17 +72,17 @@ def test_a_contact_without_arms_moves_with_the_object_alone():
         PairClass.PART_OBSTACLE
     ]
     here = MODEL.configure(SCENE.bases, [q[:1] for q in SCENE.joints], SCENE.cell.task.poses[:1])
-    gradient = contact_gradient(MODEL, here, 0, contact, SCENE.bases)
+    gradient = contact_gradients(MODEL, here, np.array([0]), [contact], SCENE.bases)
     assert not np.any(gradient.bases)
     assert not any(np.any(row) for row in gradient.joints)
-    assert np.linalg.norm(gradient.object[:3]) == pytest.approx(1.0)
+    assert np.linalg.norm(gradient.object[0, :3]) == pytest.approx(1.0)
 
 
 def test_self_distances_do_not_depend_on_the_base():
     contact = MODEL.contacts(SCENE.bases, [q[0] for q in SCENE.joints], SCENE.cell.task.poses[0])[PairClass.SELF]
     here = MODEL.configure(SCENE.bases, [q[:1] for q in SCENE.joints], SCENE.cell.task.poses[:1])
-    gradient = contact_gradient(MODEL, here, 0, contact, SCENE.bases)
+    gradient = contact_gradients(MODEL, here, np.array([0]), [contact], SCENE.bases)
     assert np.allclose(gradient.bases, 0.0, atol=1e-6)
     arm = contact.first_owner.arm
     assert np.any(gradient.joints[arm])
-    assert np.allclose(gradient.joints[arm][0], 0.0, atol=1e-6)  # joint 1 turns both bodies together
+    assert np.allclose(gradient.joints[arm][0, 0], 0.0, atol=1e-6)  # joint 1 turns both bodies together

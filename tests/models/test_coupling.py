@@ -1,0 +1,114 @@
+"""Ties between bases: rows against the geometry they stand for, on numbers, arrays and expressions."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from models.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from models.errors import InvalidInput
+from models.pose import rotation_z
+
+LENGTH = st.floats(-3.0, 3.0)
+ANGLE = st.floats(-3.1, 3.1)
+BASE = st.tuples(LENGTH, LENGTH, LENGTH, ANGLE)
+
+
+def worst(coupling, bases) -> float:
+    rows = coupling.rows(bases)
+    return max(max(low - v, v - high) for v, low, high in zip(rows.values, rows.lower, rows.upper, strict=True))
+
+
+@given(BASE, LENGTH, LENGTH, ANGLE)
+def test_the_mirror_image_keeps_every_row_and_its_x_axis_is_reflected(base, x, y, angle):
+    along = np.array([np.cos(angle), np.sin(angle)])
+    reflect = 2.0 * np.outer(along, along) - np.eye(2)
+    point = np.array([x, y])
+    place = point + reflect @ (np.array(base[:2]) - point)
+    axis = reflect @ rotation_z(base[3])[:2, 0]
+    image = (*place, base[2], float(np.arctan2(axis[1], axis[0])))
+    mirror = Mirror((0, 1), (x, y), angle)
+    assert worst(mirror, [base, image]) < 1e-9
+    assert worst(mirror, [base, (image[0], image[1], image[2], image[3] + np.pi)]) > 1.9
+    assert worst(mirror, [base, (image[0] + 0.1, image[1], image[2], image[3])]) > 0.05
+
+
+@given(BASE, BASE)
+def test_distance_is_that_of_the_plane(first, second):
+    apart = float(np.hypot(second[0] - first[0], second[1] - first[1]))
+    assert worst(Distance((0, 1), apart, apart), [first, second]) < 1e-5
+    assert worst(Distance((0, 1), apart + 0.5), [first, second]) == pytest.approx(0.5, abs=1e-5)
+    assert worst(Distance((0, 1), 0.0, max(apart - 0.1, 0.0)), [first, second]) == pytest.approx(
+        apart - max(apart - 0.1, 0.0), abs=1e-5
+    )
+
+
+@given(BASE, ANGLE, st.floats(0.1, 3.0))
+def test_direction_holds_on_one_side_only(first, angle, far):
+    way = far * np.array([np.cos(angle), np.sin(angle)])
+    ahead = (first[0] + way[0], first[1] + way[1], 0.3, 0.0)
+    behind = (first[0] - way[0], first[1] - way[1], 0.3, 0.0)
+    assert worst(Direction((0, 1), angle), [first, ahead]) < 1e-9
+    assert worst(Direction((0, 1), angle), [first, behind]) == pytest.approx(far)
+
+
+@given(LENGTH, LENGTH, ANGLE, st.lists(LENGTH, min_size=3, max_size=3), LENGTH)
+def test_bases_on_a_rail_are_on_it_wherever_they_stand(x, y, angle, steps, height):
+    bases = [(x + s * np.cos(angle), y + s * np.sin(angle), height, s) for s in steps]
+    assert worst(Rail((0, 1, 2), angle, (x, y)), bases) < 1e-9
+    assert worst(Rail((0, 1, 2), angle), bases) < 1e-9
+    aside = (bases[2][0] - 0.2 * np.sin(angle), bases[2][1] + 0.2 * np.cos(angle), height, 0.0)
+    assert worst(Rail((0, 1, 2), angle), [*bases[:2], aside]) == pytest.approx(0.2)
+    shifted = [(b[0] - 0.2 * np.sin(angle), b[1] + 0.2 * np.cos(angle), height, 0.0) for b in bases]
+    assert worst(Rail((0, 1, 2), angle), shifted) < 1e-9
+    assert worst(Rail((0, 1, 2), angle, (x, y)), shifted) == pytest.approx(0.2)
+
+
+def test_same_height_is_the_difference_of_neighbours():
+    rows = SameHeight((0, 2)).rows([(0, 0, 0.5, 0), (0, 0, 9.0, 0), (0, 0, 0.8, 0)])
+    assert rows.values == pytest.approx((0.3,))
+
+
+@pytest.mark.parametrize(
+    "coupling",
+    [
+        SameHeight((0, 1)),
+        Distance((0, 1), 0.5, 2.0),
+        Direction((1, 0), 0.7),
+        Mirror((0, 1), (0.2, -0.4), 1.1),
+        Rail((0, 1), -0.3, (1.0, 0.0)),
+    ],
+    ids=lambda coupling: coupling.kind,
+)
+def test_numbers_arrays_and_expressions_agree(coupling):
+    rng = np.random.default_rng(3)
+    places = rng.normal(size=(2, 4, 5))
+    symbols = [ca.SX.sym(f"base{a}", 4) for a in range(2)]
+    expression = coupling.rows([[s[i] for i in range(4)] for s in symbols])
+    function = ca.Function("rows", symbols, [ca.vertcat(*expression.values)])
+    arrays = coupling.rows([places[0], places[1]])
+    assert len(arrays.values) == len(arrays.labels) == len(arrays.lower) == len(arrays.upper)
+    for k in range(5):
+        numbers = coupling.rows([tuple(places[a, :, k]) for a in range(2)])
+        assert np.allclose([value[k] for value in arrays.values], numbers.values)
+        assert np.allclose(function(places[0, :, k], places[1, :, k]).full().ravel(), numbers.values)
+
+
+@pytest.mark.parametrize(
+    ("build", "pointer"),
+    [
+        (lambda: SameHeight((0,)), "/arms"),
+        (lambda: SameHeight((0, 0)), "/arms"),
+        (lambda: Distance((0, 1, 2)), "/arms"),
+        (lambda: Distance((0, 1), 2.0, 1.0), "/minimum"),
+        (lambda: Distance((0, 1), -1.0), "/minimum"),
+        (lambda: Rail((0,), 0.0), "/arms"),
+    ],
+)
+def test_impossible_couplings_are_refused(build, pointer):
+    with pytest.raises(InvalidInput) as caught:
+        build()
+    assert caught.value.pointer == pointer

@@ -1,0 +1,68 @@
+"""What no base can help is found before anything is searched, and nothing else is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from models.floor import Floor, Footprint
+from models.pose import transform
+from models.shapes import Body, Box, Sphere
+from models.surroundings import Clearances, Equipment, Part, Pedestal, Surroundings
+from models.task import line
+from optimizer.coupled.obstructed import obstruction
+from tests.support.arms import region
+from tests.support.tasks import possible
+
+
+def cell_with(**around):
+    task = possible("puma560", np.random.default_rng(2), poses=4)
+    return replace(task.cell, surroundings=Surroundings(**around)), task
+
+
+def test_a_part_that_hits_something_on_its_way_is_a_proof():
+    start, end = (transform(np.eye(3), [x, 0.0, 0.3]) for x in (0.0, 0.9))
+    way = line(start, end, 4)
+    between = 0.5 * (way.poses[1, :3, 3] + way.poses[2, :3, 3])
+    part = Part((Body("part", np.eye(4), Sphere(0.02)),))
+    for gap, blocked in ((0.01, True), (0.2, False)):
+        post = Body("post", transform(np.eye(3), between + np.array([0.0, 0.0, 0.04 + gap])), Sphere(0.02))
+        cell, _ = cell_with(obstacles=(post,), part=part, clearances=Clearances(part_obstacle=0.02))
+        reasons = obstruction(replace(cell, task=way))
+        assert bool(reasons) == blocked
+        if blocked:
+            assert reasons[0].kind == "collision"
+            assert "post" in reasons[0].detail
+            assert reasons[0].poses == (1,)
+            assert reasons[0].amount == pytest.approx(0.01, abs=1e-4)
+
+
+def test_without_a_clearance_nothing_is_asked():
+    _, task = cell_with()
+    wall = Body("wall", task.cell.task.poses[0], Box(np.array([1.0, 1.0, 1.0])))
+    cell, _ = cell_with(obstacles=(wall,), part=Part((Body("part", np.eye(4), Sphere(0.02)),)))
+    assert obstruction(cell) == ()
+
+
+def test_a_floor_without_room_is_a_proof_for_the_arm_that_needs_it():
+    cell, task = cell_with()
+    x, y = task.position[:2]
+    arm = replace(cell.arms[0], base=region((x - 0.2, x + 0.2), (y - 0.2, y + 0.2), float(task.position[2])))
+    cell = replace(cell, arms=(arm,))
+    around = np.array([[x - 0.5, y - 0.5], [x + 0.5, y - 0.5], [x + 0.5, y + 0.5], [x - 0.5, y + 0.5]])
+
+    def asked(floor, footprint=None):
+        pedestal = None if footprint is None else Pedestal(0.3, footprint)
+        surroundings = Surroundings(floor=floor, equipment={arm.name: Equipment(pedestal=pedestal)})
+        return obstruction(replace(cell, surroundings=surroundings))
+
+    assert asked(Floor(around)) == ()
+    assert asked(Floor(around), Footprint.disc(0.29)) == ()
+    assert asked(Floor(around), Footprint.disc(0.51))[0].kind == "floor"
+    assert asked(Floor(None, (around,)))[0].arm == arm.name
+    assert asked(Floor(around + 5.0))
+    fixed = replace(cell, arms=(replace(arm, base=region(float(x), float(y), float(task.position[2]))),))
+    free = Surroundings(floor=Floor(around))
+    assert obstruction(replace(fixed, surroundings=free)) == ()  # a point has no area, but stands

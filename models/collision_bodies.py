@@ -12,7 +12,6 @@ from models.arm import Arm
 from models.arrays import Bools, Floats, Ints
 from models.bounding import Bounding, bounding
 from models.grasp_zone import outside_zones
-from models.links import link_bodies
 from models.self_pairs import self_pairs
 from models.shapes import Body, HalfSpace
 from models.surroundings import PairClass, Surroundings
@@ -92,10 +91,9 @@ def collect(arms: Sequence[Arm], surroundings: Surroundings) -> CellBodies:
 
     for a, arm in enumerate(arms):
         equipment = surroundings.of(arm.name)
-        links = equipment.links if equipment.links is not None else link_bodies(arm.robot)
         if equipment.pedestal is not None:
             add("arm", a, f"{arm.name} pedestal", Owner(a, 0), equipment.pedestal.body)
-        for link in links:
+        for link in surroundings.links(arm):
             add("arm", a, f"{arm.name} {link.body.name}", Owner(a, link.link), link.body)
         for tool in equipment.tool:
             moved = Body(tool.name, arm.robot.flange_placement @ tool.pose, tool.shape)

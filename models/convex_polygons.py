@@ -47,19 +47,19 @@ def convex_parts(polygon: Floats) -> list[Floats]:
     if _is_convex(whole):
         return [_corners(whole)]
     parts = list(shapely.get_parts(shapely.constrained_delaunay_triangles(whole)))
-    merged = True
-    while merged:
-        merged = False
-        for i in range(len(parts)):
-            for j in range(i + 1, len(parts)):
-                both = parts[i].union(parts[j])
-                if isinstance(both, shapely.Polygon) and _is_convex(both):
-                    parts[i] = both
-                    del parts[j]
-                    merged = True
-                    break
-            if merged:
-                break
+    corners = [set(part.exterior.coords) for part in parts]
+    i, j = 0, 1
+    while i < len(parts):
+        if j == len(parts):
+            i, j = i + 1, i + 2
+            continue
+        if len(corners[i] & corners[j]) > 1:  # only neighbours can make a convex whole
+            both = parts[i].union(parts[j])
+            if isinstance(both, shapely.Polygon) and _is_convex(both):
+                parts[i], corners[i] = both, set(both.exterior.coords)
+                del parts[j], corners[j]
+                j = i
+        j += 1
     return [_corners(part) for part in parts]
 
 
@@ -82,16 +82,13 @@ def opened(part: Floats, hull: Floats) -> Floats:
     """
     starts, ends = part, np.roll(part, -1, axis=0)
     grown: Floats = FAR * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) + part.mean(axis=0)
-    rim = np.stack([hull, np.roll(hull, -1, axis=0)], axis=1)
-    for start, end in zip(starts, ends, strict=True):
-        if not any(_on_line(start, *side) and _on_line(end, *side) for side in rim):
+    inward = _normals(hull)
+    away = np.abs(np.einsum("fa,pa->pf", inward, part) - np.einsum("fa,fa->f", inward, hull))  # of corners from sides
+    shared = np.any(np.maximum(away, np.roll(away, -1, axis=0)) < 1e-9, axis=1)
+    for start, end, mouth in zip(starts, ends, shared, strict=True):
+        if not mouth:
             grown = _clipped(grown, start, cross(end - start))
     return grown
-
-
-def _on_line(point: Floats, start: Floats, end: Floats) -> bool:
-    normal = cross(end - start) / np.linalg.norm(end - start)
-    return bool(abs((point - start) @ normal) < 1e-9)
 
 
 def _clipped(polygon: Floats, point: Floats, normal: Floats) -> Floats:

@@ -8,10 +8,11 @@ from enum import StrEnum
 
 import numpy as np
 
+from models.arm import Arm
 from models.arrays import Floats
 from models.errors import InvalidInput
-from models.floor import Floor, Footprint
-from models.links import LinkBody
+from models.floor import POINT, Floor, Footprint
+from models.links import LinkBody, link_bodies
 from models.pose import transform
 from models.shapes import LARGEST, Body, Box, ConvexHull, Cylinder, HalfSpace, Shape
 
@@ -122,11 +123,13 @@ class Equipment:
         tool: bodies in the flange frame.
         pedestal: under the base, or None.
         links: bodies of the links, or None for those the catalogue knows or estimates (`models.links`).
+        footprint: what the base covers of the floor, or None for that of the pedestal.
     """
 
     tool: tuple[Body, ...] = ()
     pedestal: Pedestal | None = None
     links: tuple[LinkBody, ...] | None = None
+    footprint: Footprint | None = None
 
     def __post_init__(self) -> None:
         for index, body in enumerate(self.tool):
@@ -166,6 +169,23 @@ class Surroundings:
     def of(self, arm: str) -> Equipment:
         """What an arm brings along."""
         return self.equipment.get(arm, NOTHING)
+
+    def links(self, arm: Arm) -> tuple[LinkBody, ...]:
+        """Bodies of an arm's links."""
+        own = self.of(arm.name).links
+        return own if own is not None else link_bodies(arm.robot)
+
+    def footprint(self, arm: Arm) -> Footprint | None:
+        """What an arm covers of the floor: its footprint, its pedestal's, or its origin alone.
+
+        None if the floor does not bind it: nothing is said about the floor, or the arm hangs or leans.
+        """
+        if self.floor is None or not arm.upright:
+            return None
+        equipment = self.of(arm.name)
+        if equipment.footprint is not None:
+            return equipment.footprint
+        return POINT if equipment.pedestal is None else equipment.pedestal.footprint
 
 
 def _swollen(corners: Floats, radius: float) -> Floats:

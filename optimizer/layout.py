@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
+
+import numpy as np
 
 from models.arrays import Floats, set_frozen
 from optimizer.findings import Alternative, Clearance, Explanation, Tolerance
@@ -59,6 +61,7 @@ class Placement:
         singularity_distances: name of a singular set ("elbow", "wrist", "shoulder") -> smallest distance over the path
             (rad for elbow and wrist, m for shoulder); empty for arms without a closed form.
         geometry: where the shape of the arm's links comes from: mesh | cited | estimated.
+        mount: (3, 3) orientation of the base in the world at yaw 0.
     """
 
     arm: str
@@ -73,11 +76,13 @@ class Placement:
     characteristic_length: float
     singularity_distances: dict[str, float]
     geometry: str = "estimated"
+    mount: Floats = field(default_factory=lambda: np.eye(3))
 
     def __post_init__(self) -> None:
         set_frozen(self, "position", self.position, (3,))
         set_frozen(self, "joints", self.joints, (None, None))
         set_frozen(self, "joint_margins", self.joint_margins, (None,))
+        set_frozen(self, "mount", self.mount, (3, 3))
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,6 +185,7 @@ class BaselineArm:
         posture: names of the signs, or None.
         trace: every cycle.
         note: what a reader should know: an infeasible start, an extra phase, why there is no result.
+        mount: (3, 3) orientation of the base in the world at yaw 0.
     """
 
     arm: str
@@ -191,6 +197,10 @@ class BaselineArm:
     posture: dict[str, str] | None = None
     trace: tuple[PenaltyCycle, ...] = ()
     note: str = ""
+    mount: Floats = field(default_factory=lambda: np.eye(3))
+
+    def __post_init__(self) -> None:
+        set_frozen(self, "mount", self.mount, (3, 3))
 
 
 @dataclass(frozen=True, slots=True)

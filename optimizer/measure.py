@@ -49,6 +49,7 @@ def place(arm: Arm, point: ArmPoint) -> Placement:
         minimum_conditioning=float(np.min(conditioning(arm.robot, arm.tool, point.joints, length))),
         characteristic_length=length,
         singularity_distances={} if form is None else _singularity_distances(form, point.joints),
+        mount=arm.mount,
     )
 
 

@@ -241,6 +241,7 @@ def _run_arm(method: str, cell: Cell, problem: ReducedProblem, side: int, deadli
         posture=name_signs(run.posture),
         trace=run.trace,
         note=run.note,
+        mount=arm.mount,
     )
 
 

@@ -9,8 +9,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from models.robot import Robot
+from service.amounts import check_amounts
 from service.convert import cell_of
-from service.limits import check_amounts, check_sizes
+from service.convert_shapes import NO_MESHES, MeshSource
+from service.limits import check_sizes
 from service.schemas.request import LayoutRequest
 from service.settings import Limits
 from service.strict_json import parse
@@ -26,7 +28,7 @@ class Accepted:
         request_hash: see `hash_of`.
         name: its label.
         certificate_time: s that it asks for a proof.
-        runs: searches that it asks for, baselines included.
+        runs: searches that it asks for, baselines and an explanation included.
     """
 
     text: str
@@ -36,13 +38,16 @@ class Accepted:
     runs: int
 
 
-def accept(body: bytes, limits: Limits, robots: Mapping[str, Robot] | None = None) -> Accepted:
+def accept(
+    body: bytes, limits: Limits, robots: Mapping[str, Robot] | None = None, meshes: MeshSource = NO_MESHES
+) -> Accepted:
     """The request in ``body``.
 
     Args:
         body: a JSON document.
         limits: how large it may be.
         robots: further robots by name.
+        meshes: where the meshes are that shapes name.
 
     Raises:
         NotJson: it is no JSON document.
@@ -52,13 +57,13 @@ def accept(body: bytes, limits: Limits, robots: Mapping[str, Robot] | None = Non
     check_amounts(document, limits)
     request = validate(LayoutRequest, document)
     check_sizes(request, limits)
-    cell_of(request, robots)
+    cell_of(request, robots, meshes)
     return Accepted(
         text=request.model_dump_json(),
         request_hash=hash_of(request.model_dump(mode="json")),
         name=request.name,
         certificate_time=0.0 if request.certificate is None else request.certificate.time_limit,
-        runs=1 + len(request.baselines),
+        runs=1 + len(request.baselines) + request.explain,
     )
 
 

@@ -9,20 +9,24 @@ from models.cell import Cell
 from models.robot import Robot
 from models.task import Task as ModelTask
 from models.task import arc_about_normal, arc_through_center, line, task_from_poses
-from optimizer.settings import CertificateSettings, Settings
+from optimizer.settings import CertificateSettings, Settings, ToleranceSettings
 from service.convert_arm import arm_of
+from service.convert_coupling import couplings_of
 from service.convert_pose import pose_of
+from service.convert_shapes import NO_MESHES, MeshSource
+from service.convert_surroundings import surroundings_of
 from service.issues import Issues
 from service.schemas.request import LayoutRequest
 from service.schemas.task import ArcByCenter, ArcByRadius, LineTask, PosesTask, Task
 
 
-def cell_of(request: LayoutRequest, robots: Mapping[str, Robot] | None = None) -> Cell:
+def cell_of(request: LayoutRequest, robots: Mapping[str, Robot] | None = None, meshes: MeshSource = NO_MESHES) -> Cell:
     """The cell that a request describes.
 
     Args:
         request: a valid request.
         robots: further robots by name, looked up before the catalogue.
+        meshes: where the meshes are that shapes name.
 
     Raises:
         InvalidRequest: with everything that is wrong with it.
@@ -32,24 +36,32 @@ def cell_of(request: LayoutRequest, robots: Mapping[str, Robot] | None = None) -
     _check_names(request, issues)
     task = _task(request.task, issues)
     arms = [arm_of(arm, f"/arms/{index}", robots or {}, issues) for index, arm in enumerate(request.arms)]
+    surroundings = surroundings_of(request, meshes, issues)
+    couplings = couplings_of(request.coupling, [arm.name for arm in request.arms], issues)
+    _check_tolerance(request, issues)
     issues.raise_any()
-    if task is None:
-        raise AssertionError("a task that could not be made left no issue")
+    if task is None or surroundings is None:
+        raise AssertionError("a task or surroundings that could not be made left no issue")
     return Cell(
         task=task,
         arms=tuple(arm for arm in arms if arm is not None),
         max_joint_step=min(request.max_joint_step, pi),
         name=request.name,
+        surroundings=surroundings,
+        couplings=couplings,
     )
 
 
 def settings_of(request: LayoutRequest, time_limit: float) -> Settings:
     """What the optimizer is told about the way; ``time_limit`` [s] is the service's, not the user's."""
-    certificate = request.certificate
+    certificate, tolerance = request.certificate, request.tolerance
     return Settings(
         time_limit=time_limit,
         certificate=None if certificate is None else CertificateSettings(certificate.gap, certificate.time_limit),
         baselines=tuple(request.baselines),
+        alternatives=request.alternatives,
+        tolerance=None if tolerance is None else ToleranceSettings(tolerance.position, tolerance.angle),
+        explain=request.explain,
     )
 
 
@@ -58,6 +70,14 @@ def _check_baselines(request: LayoutRequest, issues: Issues) -> None:
     for index, name in enumerate(request.baselines):
         if name in request.baselines[:index]:
             issues.add(f"/baselines/{index}", f"{name!r} is asked for twice; once is enough. Remove one.")
+
+
+def _check_tolerance(request: LayoutRequest, issues: Issues) -> None:
+    """Refuse errors of nothing."""
+    if request.tolerance is not None and request.tolerance.position == request.tolerance.angle == 0.0:
+        issues.add(
+            "/tolerance", "position and angle are both 0; at least one must be positive. Send null if it is not asked."
+        )
 
 
 def _check_names(request: LayoutRequest, issues: Issues) -> None:

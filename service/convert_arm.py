@@ -12,6 +12,7 @@ from models.arm import BaseRegion, Interval, equal_weights, range_weights
 from models.arrays import Bools, Floats
 from models.closed_form import closed_form
 from models.dh import DhRow, robot_from_dh
+from models.pose import rotation_from_rpy
 from models.posture import ELBOW, SHOULDER, WRIST
 from models.posture import Posture as ModelPosture
 from models.reference import mid_range
@@ -58,6 +59,7 @@ def arm_of(arm: Arm, pointer: str, robots: Mapping[str, Robot], issues: Issues) 
         weights=weights,
         posture=posture,
         min_conditioning=arm.min_conditioning,
+        mount=rotation_from_rpy([arm.mount.roll, arm.mount.pitch, 0.0]),
     )
 
 

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from math import cos, isfinite, sin
+from math import cos, sin
 from typing import Any
 
+from models.arrays import Floats
+from models.pose import quaternion_from_rotation
+from optimizer.findings import Alternative
 from optimizer.layout import (
     ArmCertificate,
     Baseline,
@@ -17,6 +20,8 @@ from optimizer.layout import (
     Reason,
     Verification,
 )
+from service.documents_findings import clearances_document, explanation_document, tolerance_document
+from service.numbers import finite
 from service.version import package_version
 
 
@@ -36,32 +41,33 @@ def result_document(layout: Layout, request_hash: str) -> dict[str, Any]:
         },
         "certificate": _certificate(layout.certificate),
         "baselines": [_baseline(baseline) for baseline in layout.baselines],
+        "clearances": clearances_document(layout.clearances),
+        "alternatives": [_alternative(alternative) for alternative in layout.alternatives],
+        "tolerance": tolerance_document(layout.tolerance),
+        "explanation": explanation_document(layout.explanation),
         "verification": _verification(layout.verification),
         "version": package_version(),
         "request_hash": request_hash,
     }
 
 
-def finite(value: float | None) -> float | None:
-    """A number as JSON can hold it."""
-    return float(value) if value is not None and isfinite(value) else None
-
-
 def _numbers(values: Iterable[float]) -> list[float | None]:
     return [finite(value) for value in values]
 
 
-def _base(position: Iterable[float], yaw: float) -> dict[str, Any]:
+def _base(position: Iterable[float], yaw: float, mount: Floats) -> dict[str, Any]:
     """Base frame in the world, as numbers for a person and as a pose for a program."""
     origin = [float(value) for value in position]
-    orientation = {"quaternion": [0.0, 0.0, sin(0.5 * yaw), cos(0.5 * yaw)]}
+    x, y, z, w = (float(value) for value in quaternion_from_rotation(mount))
+    s, c = sin(0.5 * yaw), cos(0.5 * yaw)
+    orientation = {"quaternion": [x * c + y * s, y * c - x * s, z * c + w * s, w * c - z * s]}
     return {"position": origin, "yaw": float(yaw), "pose": {"position": origin, "orientation": orientation}}
 
 
 def _placement(placement: Placement) -> dict[str, Any]:
     return {
         "name": placement.arm,
-        "base": _base(placement.position, placement.yaw),
+        "base": _base(placement.position, placement.yaw, placement.mount),
         "posture": placement.posture,
         "objective": finite(placement.objective),
         "joints": placement.joints.tolist(),
@@ -70,6 +76,16 @@ def _placement(placement: Placement) -> dict[str, Any]:
         "minimum_conditioning": finite(placement.minimum_conditioning),
         "characteristic_length": finite(placement.characteristic_length),
         "singularity_distances": {name: finite(value) for name, value in placement.singularity_distances.items()},
+        "geometry": placement.geometry,
+    }
+
+
+def _alternative(alternative: Alternative) -> dict[str, Any]:
+    return {
+        "objective": finite(alternative.objective),
+        "arms": [_placement(placement) for placement in alternative.placements],
+        "clearances": clearances_document(alternative.clearances),
+        "note": alternative.note,
     }
 
 
@@ -120,8 +136,8 @@ def _baseline(baseline: Baseline) -> dict[str, Any]:
 def _baseline_arm(arm: BaselineArm) -> dict[str, Any]:
     return {
         "arm": arm.arm,
-        "base": _base(arm.position, arm.yaw),
-        "start": None if arm.start is None else _base(arm.start[:3], arm.start[3]),
+        "base": _base(arm.position, arm.yaw, arm.mount),
+        "start": None if arm.start is None else _base(arm.start[:3], float(arm.start[3]), arm.mount),
         "posture": arm.posture,
         "objective": finite(arm.objective),
         "feasible": arm.feasible,

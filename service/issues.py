@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from models.errors import InvalidInput
@@ -49,9 +49,10 @@ class InvalidRequest(Exception):
 class _Place:
     """A context that turns `InvalidInput` into an issue."""
 
-    def __init__(self, issues: Issues, pointer: str) -> None:
+    def __init__(self, issues: Issues, pointer: str, renamed: Mapping[str, str]) -> None:
         self._issues = issues
         self._pointer = pointer
+        self._renamed = renamed
 
     def __enter__(self) -> None:
         return None
@@ -59,7 +60,8 @@ class _Place:
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> bool:
         if not isinstance(error, InvalidInput):
             return False
-        self._issues.add(self._pointer + error.pointer, error.detail, error.code)
+        inner = self._renamed.get(error.pointer, error.pointer)
+        self._issues.add(self._pointer + inner, error.detail, error.code)
         return True
 
 
@@ -73,9 +75,14 @@ class Issues:
         """Note an issue."""
         self.found.append(Issue(pointer, detail, code))
 
-    def at(self, pointer: str) -> _Place:
-        """A block in which what the models refuse is noted under ``pointer``; the block is left at that point."""
-        return _Place(self, pointer)
+    def at(self, pointer: str, renamed: Mapping[str, str] | None = None) -> _Place:
+        """A block in which what the models refuse is noted under ``pointer``; the block is left at that point.
+
+        Args:
+            pointer: place in the request.
+            renamed: pointers of the models that the request calls otherwise.
+        """
+        return _Place(self, pointer, renamed or {})
 
     def raise_any(self) -> None:
         """Give up if anything was found.

@@ -3,46 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
-from service.issues import InvalidRequest, Issue, Issues, pointer_of
+from service.amounts import CODE
+from service.issues import InvalidRequest, Issue
 from service.schemas.arm import Arm, DhTable
+from service.schemas.coupling import Direction, Distance, Mirror, Rail
 from service.schemas.request import LayoutRequest
 from service.schemas.task import ArcByCenter, ArcByRadius, ArcTask, LineTask, PosesTask
 from service.settings import Limits
-
-CODE = "too-large"
-
-
-def check_amounts(document: Any, limits: Limits) -> None:
-    """Refuse too many poses or arms before each of them is looked at.
-
-    Raises:
-        InvalidRequest: more than the settings allow.
-    """
-    issues = Issues()
-    task = _member(document, "task")
-    for path, amount in (
-        (("task", "poses"), _length(_member(task, "poses"))),
-        (("task", "line", "count"), _count(_member(task, "line"))),
-        (("task", "arc", "count"), _count(_member(task, "arc"))),
-    ):
-        if amount > limits.max_poses:
-            issues.add(
-                pointer_of(path),
-                f"{amount} poses are too many; allowed are {limits.max_poses} (DUOCELL_MAX_POSES). "
-                "Send fewer: every second pose usually gives the same layout.",
-                CODE,
-            )
-    arms = _length(_member(document, "arms"))
-    if arms > limits.max_arms:
-        issues.add(
-            "/arms",
-            f"{arms} arms are too many; allowed are {limits.max_arms} (DUOCELL_MAX_ARMS). "
-            "Uncoupled arms may as well be sent one by one.",
-            CODE,
-        )
-    issues.raise_any()
 
 
 def check_sizes(request: LayoutRequest, limits: Limits) -> None:
@@ -63,19 +31,6 @@ def check_sizes(request: LayoutRequest, limits: Limits) -> None:
         )
     if found:
         raise InvalidRequest(found)
-
-
-def _member(value: Any, name: str) -> Any:
-    return value.get(name) if isinstance(value, dict) else None
-
-
-def _length(value: Any) -> int:
-    return len(value) if isinstance(value, list) else 0
-
-
-def _count(generator: Any) -> int:
-    count = _member(generator, "count")
-    return count if isinstance(count, int) else 0
 
 
 def _far(request: LayoutRequest, limits: Limits) -> Iterator[Issue]:
@@ -125,6 +80,23 @@ def _lengths(request: LayoutRequest) -> Iterator[tuple[str, list[float]]]:
         yield f"{at}/grasp/position", arm.grasp.position
         for name in ("x", "y", "z"):
             yield f"{at}/base/{name}", as_list(getattr(arm.base, name))
+    yield from _lengths_of_floor_and_couplings(request)
+
+
+def _lengths_of_floor_and_couplings(request: LayoutRequest) -> Iterator[tuple[str, list[float]]]:
+    """Corners and points; shapes and their places are judged by the models."""
+    if request.floor is not None:
+        yield "/floor/margin", [request.floor.margin]
+        for corner, point in enumerate(request.floor.allowed or []):
+            yield f"/floor/allowed/{corner}", point
+        for index, polygon in enumerate(request.floor.forbidden):
+            for corner, point in enumerate(polygon):
+                yield f"/floor/forbidden/{index}/{corner}", point
+    for index, coupling in enumerate(request.coupling):
+        if isinstance(coupling, (Mirror, Rail)) and coupling.point is not None:
+            yield f"/coupling/{index}/point", coupling.point
+        elif isinstance(coupling, Distance):
+            yield f"/coupling/{index}/minimum", [coupling.minimum]
 
 
 def _angles(request: LayoutRequest) -> Iterator[tuple[str, list[float]]]:
@@ -132,7 +104,12 @@ def _angles(request: LayoutRequest) -> Iterator[tuple[str, list[float]]]:
     for index, arm in enumerate(request.arms):
         at = f"/arms/{index}"
         yield f"{at}/base/yaw", as_list(arm.base.yaw)
+        yield f"{at}/mount/roll", [arm.mount.roll]
+        yield f"{at}/mount/pitch", [arm.mount.pitch]
         yield from _joint_angles(at, arm)
+    for index, coupling in enumerate(request.coupling):
+        if isinstance(coupling, (Direction, Mirror, Rail)):
+            yield f"/coupling/{index}/angle", [coupling.angle]
 
 
 def _joint_angles(at: str, arm: Arm) -> Iterator[tuple[str, list[float]]]:

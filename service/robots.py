@@ -13,7 +13,7 @@ from models import catalogue
 from models.kinematics import flange_poses, reach
 from models.pose import quaternion_from_rotation
 from models.robot import Robot
-from service.documents import finite
+from service.numbers import finite
 
 _loading = threading.Lock()
 

@@ -24,6 +24,11 @@ class Limits(BaseSettings):
     max_arms: int = Field(default=8, ge=1, description="arms of a cell")
     max_coordinate: float = Field(default=1e4, gt=0.0, description="m, size of any coordinate")
     max_angle: float = Field(default=63.0, gt=0.0, description="rad, size of a joint limit or yaw: ten turns")
+    max_obstacles: int = Field(default=200, ge=0, description="obstacles of a cell")
+    max_shapes: int = Field(default=50, ge=1, description="shapes of the part, and of each tool")
+    max_polygons: int = Field(default=50, ge=0, description="forbidden polygons of the floor")
+    max_corners: int = Field(default=100, ge=3, description="corners of a polygon")
+    max_couplings: int = Field(default=50, ge=0, description="couplings of a cell")
     max_certificate_time: float = Field(default=600.0, gt=0.0, description="s, certificate.time_limit")
 
 

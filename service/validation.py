@@ -39,6 +39,9 @@ def issues_of(error: ErrorDetails) -> Iterable[Issue]:
         for name in error["ctx"]["unknown"]:
             yield Issue(pointer_of([*path, name]), _unknown_field(name, allowed))
         return
+    if error["type"] == "type_of":
+        yield _type_of(path, error)
+        return
     where = f"'{path[-1]}'" if path and isinstance(path[-1], str) else "This value" if path else "The request"
     sentence = SENTENCES.get(error["type"], _other)
     yield Issue(pointer_of(path), f"{where} {sentence(error)}")
@@ -60,6 +63,22 @@ def _unknown_field(name: str, allowed: list[str]) -> str:
     return f"{shortened(name)} is not known here; allowed are {', '.join(allowed)}. {advice}"
 
 
+def _type_of(path: list[int | str], error: ErrorDetails) -> Issue:
+    """A member of a union without a type, or with one that is not known."""
+    value, choices = error["input"], error["ctx"]["choices"]
+    if not isinstance(value, dict):
+        where = f"'{path[-1]}'" if path and isinstance(path[-1], str) else "This value"
+        detail = f"{where} must be an object with a 'type', one of {choices}, not {_sent(error)}. Put it into braces."
+        return Issue(pointer_of(path), detail)
+    at = pointer_of([*path, "type"])
+    if "type" not in value:
+        return Issue(at, f"'type' is missing; it must be one of {choices}. Add it.")
+    kind = value["type"]
+    near = get_close_matches(kind, choices.split(", "), n=1) if isinstance(kind, str) else []
+    advice = f"Did you mean '{near[0]}'?" if near else "Choose one of these."
+    return Issue(at, f"'type' is {shortened(kind)}; it must be one of {choices}. {advice}")
+
+
 def _missing(error: ErrorDetails) -> str:
     return "is missing; it is required. Add it."
 
@@ -76,6 +95,10 @@ def _finite(error: ErrorDetails) -> str:
 
 def _whole(error: ErrorDetails) -> str:
     return f"must be a whole number, not {_sent(error)}. Send it without quotes and without a decimal point."
+
+
+def _truth(error: ErrorDetails) -> str:
+    return f"must be true or false, not {_sent(error)}. Send it without quotes."
 
 
 def _text(error: ErrorDetails) -> str:
@@ -150,6 +173,7 @@ SENTENCES: dict[str, Callable[[ErrorDetails], str]] = {
     "finite_number": _finite,
     "int_type": _whole,
     "int_from_float": _whole,
+    "bool_type": _truth,
     "string_type": _text,
     "list_type": _list,
     "model_type": _object,

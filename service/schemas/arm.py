@@ -9,6 +9,8 @@ from pydantic import Discriminator, Field, Tag
 
 from service.schemas.base import TAG, Interval, Label, Strict
 from service.schemas.pose import IDENTITY, Pose
+from service.schemas.shapes import CAPSULE, Solid
+from service.schemas.surroundings import Footprint, Pedestal
 
 
 def _number_or_interval(value: Any) -> str:
@@ -41,10 +43,26 @@ class Base(Strict):
     y: Allowed = Field(description="m.", examples=[[0.0, 2.0]])
     z: Allowed = Field(description="m.", examples=[0.0])
     yaw: Allowed = Field(
-        description="rad about the vertical. Counts modulo 2π: an interval 2π wide or wider is free, the reported yaw "
-        "lies in the given interval.",
+        description="rad about the vertical (with a `mount`: about z of the base). Counts modulo 2π: an interval 2π "
+        "wide or wider is free, the reported yaw lies in the given interval.",
         examples=[[-pi, pi]],
     )
+
+
+class Mount(Strict):
+    """How the base is turned before its yaw: its orientation in the world is Ry(pitch) Rx(roll) Rz(yaw)."""
+
+    roll: float = Field(
+        default=0.0, description="rad about the world's x axis. π: hanging from the ceiling.", examples=[pi]
+    )
+    pitch: float = Field(
+        default=0.0,
+        description="rad about the world's y axis, after the roll. π/2: on a wall, z of the base along the world's x.",
+        examples=[0.0],
+    )
+
+
+FLOOR_MOUNT = Mount()
 
 
 class DhRow(Strict):
@@ -102,6 +120,27 @@ class Arm(Strict):
     base: Base = Field(
         description="Where the base may stand.",
         examples=[{"x": [-1.0, 1.0], "y": [0.0, 2.0], "z": 0.0, "yaw": [-pi, pi]}],
+    )
+    mount: Mount = Field(
+        default=FLOOR_MOUNT,
+        description="Floor (default), ceiling, wall, or any fixed slope. The orientation of the base frame in the "
+        "world is Ry(pitch) Rx(roll) Rz(yaw): the yaw turns about the base's own z axis.",
+        examples=[{"roll": pi, "pitch": 0.0}],
+    )
+    pedestal: Pedestal | None = Field(
+        default=None,
+        description="A solid under the base that moves with it; null: none.",
+        examples=[{"height": 0.6, "footprint": {"size": [0.4, 0.4]}}],
+    )
+    footprint: Footprint | None = Field(
+        default=None,
+        description="What the base covers of the floor; null: the footprint of its pedestal, or its origin alone.",
+        examples=[{"radius": 0.2}],
+    )
+    tool_shapes: list[Solid] = Field(
+        default=[],
+        description="Solids of the tool in the flange frame. Half-spaces are refused.",
+        examples=[[{"shape": CAPSULE}]],
     )
     reference: list[float] | None = Field(
         default=None,

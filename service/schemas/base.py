@@ -36,7 +36,13 @@ class Answer(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-def exactly_one_of(*names: str) -> Discriminator:
+class Choice(Discriminator):
+    """A discriminator that may stand in ``X | None``, whose members must be hashable."""
+
+    __hash__ = object.__hash__
+
+
+def exactly_one_of(*names: str) -> Choice:
     """Chooses the member of a union by the one of ``names`` that is given; the member's tag is ``TAG`` + name."""
 
     def choose(value: Any) -> str | None:
@@ -44,10 +50,25 @@ def exactly_one_of(*names: str) -> Discriminator:
         given = [name for name in names if name in fields]
         return TAG + given[0] if len(given) == 1 else None
 
-    return Discriminator(
+    return Choice(
         choose,
         custom_error_type="one_of",
         custom_error_message="exactly one of several fields is needed",
+        custom_error_context={"choices": ", ".join(names)},
+    )
+
+
+def tagged_by_type(*names: str) -> Choice:
+    """Chooses the member of a union by its field ``type``, one of ``names``; the member's tag is ``TAG`` + name."""
+
+    def choose(value: Any) -> str | None:
+        kind = value.get("type") if isinstance(value, dict) else getattr(value, "type", None)
+        return TAG + kind if isinstance(kind, str) and kind in names else None
+
+    return Choice(
+        choose,
+        custom_error_type="type_of",
+        custom_error_message="the type is unknown",
         custom_error_context={"choices": ", ".join(names)},
     )
 
@@ -67,6 +88,12 @@ def _printable(text: str) -> str:
     return text
 
 
+Positive = Annotated[float, Field(gt=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
+Vector2 = Annotated[list[float], Field(min_length=2, max_length=2)]
+PositiveVector2 = Annotated[list[Positive], Field(min_length=2, max_length=2)]
+PositiveVector3 = Annotated[list[Positive], Field(min_length=3, max_length=3)]
+Polygon = Annotated[list[Vector2], Field(min_length=3)]
 Vector3 = Annotated[list[float], Field(min_length=3, max_length=3)]
 Vector4 = Annotated[list[float], Field(min_length=4, max_length=4)]
 Matrix3 = Annotated[list[Vector3], Field(min_length=3, max_length=3)]

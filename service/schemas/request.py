@@ -8,7 +8,10 @@ from typing import Any, Literal
 from pydantic import ConfigDict, Field
 
 from service.schemas.arm import Arm
-from service.schemas.base import Label, Strict
+from service.schemas.base import Label, NotNegative, Strict
+from service.schemas.coupling import Coupling
+from service.schemas.shapes import BOX, Obstacle
+from service.schemas.surroundings import Clearance, Floor, Part
 from service.schemas.task import LINE, Task
 
 PI_AS_PRINTED = 3.1416
@@ -55,6 +58,15 @@ class Certificate(Strict):
     time_limit: float = Field(default=10.0, gt=0.0, description="Stop after this many seconds.", examples=[10.0])
 
 
+class Tolerance(Strict):
+    """How far every base may be from where it should be."""
+
+    position: NotNegative = Field(
+        default=0.002, le=0.5, description="m, in every horizontal direction and in height.", examples=[0.002]
+    )
+    angle: NotNegative = Field(default=0.00175, le=0.5, description="rad, about the vertical.", examples=[0.00175])
+
+
 class LayoutRequest(Strict):
     """Find the base placements that keep all joints nearest to their references along the task."""
 
@@ -64,6 +76,33 @@ class LayoutRequest(Strict):
     task: Task = Field(description="What the object does: exactly one of poses, line, arc.", examples=[{"line": LINE}])
     arms: list[Arm] = Field(
         min_length=1, description="The arms that carry the object together.", examples=[EXAMPLE["arms"]]
+    )
+    obstacles: list[Obstacle] = Field(
+        default=[],
+        description="What stands in the cell and does not move.",
+        examples=[[{"name": "table", "shape": BOX}]],
+    )
+    part: Part | None = Field(
+        default=None,
+        description="The body of the object; null: it has none.",
+        examples=[{"shapes": [{"shape": BOX}], "grasp_zone": 0.15}],
+    )
+    floor: Floor | None = Field(
+        default=None,
+        description="Where bases may stand, besides the regions of the arms; null: everywhere.",
+        examples=[{"forbidden": [[[0.5, -0.5], [1.5, -0.5], [1.5, 0.5]]], "margin": 0.05}],
+    )
+    coupling: list[Coupling] = Field(
+        default=[],
+        description="Ties between the bases.",
+        examples=[[{"type": "same_z", "arms": ["main", "follower"]}]],
+    )
+    clearance: Clearance | None = Field(
+        default=None,
+        description="Distances to keep, per class of pairs; a class left out must not touch (0 m), one that is null is "
+        "not looked at. null for the whole: contact is forbidden in every class if the request describes any body "
+        "(obstacles, part, tool_shapes, pedestal), and nothing is looked at if it describes none.",
+        examples=[{"arm_arm": 0.03, "arm_obstacle": 0.03, "self": None}],
     )
     max_joint_step: float = Field(
         default=pi / 2,
@@ -80,4 +119,18 @@ class LayoutRequest(Strict):
         max_length=3,
         description="Methods of the literature to run beside, for comparison.",
         examples=[["interior-penalty"]],
+    )
+    alternatives: int = Field(
+        default=0, ge=0, le=10, description="How many other layouts to report at most.", examples=[3]
+    )
+    tolerance: Tolerance | None = Field(
+        default=None,
+        description="Ask what is left of margins and clearances if every base is off by so much; null: not asked.",
+        examples=[{"position": 0.002, "angle": 0.00175}],
+    )
+    explain: bool = Field(
+        default=False,
+        description="Find out what blocks a cell that turns out infeasible, and what would help; takes up to the time "
+        "of the solve again.",
+        examples=[False],
     )

@@ -7,6 +7,7 @@ from typing import Literal
 from pydantic import Field
 
 from service.schemas.base import Answer
+from service.schemas.findings import Clearances, ExplanationResult, ToleranceResult
 from service.schemas.pose import Pose
 
 
@@ -51,14 +52,20 @@ class ArmResult(Answer):
         "empty for robots without a closed form.",
         examples=[{"elbow": 0.8, "wrist": 0.4, "shoulder": 0.2}],
     )
+    geometry: Literal["mesh", "cited", "estimated"] = Field(
+        description="Where the shape of its links comes from: the maker's collision meshes, measurements with a "
+        "source, or a rule of thumb from its reach. It matters for clearances only.",
+        examples=["cited"],
+    )
 
 
 class Reason(Answer):
     """Why an arm cannot do its part."""
 
-    arm: str = Field(description="Its name.", examples=["main"])
+    arm: str = Field(description="Its name; empty where no arm is to blame.", examples=["main"])
     kind: str = Field(
-        description="out_of_reach, joint_limit, joint_step, posture, conditioning, limit_reached.",
+        description="out_of_reach, joint_limit, joint_step, posture, conditioning, limit_reached, floor, coupling, "
+        "collision, pose_error.",
         examples=["out_of_reach"],
     )
     poses: list[int] = Field(description="Poses concerned, counted from 0.", examples=[[7, 8, 9]])
@@ -143,6 +150,15 @@ class BaselineResult(Answer):
     arms: list[BaselineArm] = Field(description="Per arm.")
 
 
+class AlternativeResult(Answer):
+    """Another layout of the same cell, as thoroughly checked as the answer."""
+
+    objective: float | None = Field(description="E of this layout.", examples=[161.0])
+    arms: list[ArmResult] = Field(description="Placements of all arms, in the order of the request.")
+    clearances: Clearances = Field(description="What every class of pairs keeps along the whole path.")
+    note: str = Field(description="Why one might prefer it.", examples=["Keeps 61 mm from the table instead of 34 mm."])
+
+
 class Verification(Answer):
     """Numbers by Pinocchio, which did not produce the answer."""
 
@@ -171,6 +187,12 @@ class LayoutResult(Answer):
     search: Search = Field(description="What the search did.")
     certificate: CertificateResult | None = Field(description="The proof, if asked for.")
     baselines: list[BaselineResult] = Field(description="Methods of the literature, if asked for.", examples=[[]])
+    clearances: Clearances = Field(description="What every class of pairs keeps along the whole path.")
+    alternatives: list[AlternativeResult] = Field(description="Other layouts, best first, if asked for.", examples=[[]])
+    tolerance: ToleranceResult | None = Field(description="What installation errors leave, if asked for.")
+    explanation: ExplanationResult | None = Field(
+        description="What blocks an infeasible cell and what would help, if asked for."
+    )
     verification: Verification | None = Field(description="Independent check; null if there is no placement.")
     version: str = Field(description="Version of the program.", examples=["0.1.0"])
     request_hash: str = Field(

@@ -1,0 +1,86 @@
+"""What stands in a cell besides its arms, as objects of the models."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from models.floor import Floor as ModelFloor
+from models.shapes import Body
+from models.surroundings import Clearances, Equipment, Surroundings
+from models.surroundings import Part as ModelPart
+from models.surroundings import Pedestal as ModelPedestal
+from service.convert_shapes import MeshSource, footprint_of, obstacles_of, solids_of
+from service.issues import Issues
+from service.schemas.arm import Arm
+from service.schemas.request import LayoutRequest
+from service.schemas.surroundings import Clearance, Floor, Part, Pedestal
+
+CONTACT_FORBIDDEN = Clearances(0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def surroundings_of(request: LayoutRequest, meshes: MeshSource, issues: Issues) -> Surroundings | None:
+    """Everything around the arms, or None if issues had to be noted."""
+    before = len(issues.found)
+    obstacles = obstacles_of(request.obstacles, meshes, issues)
+    part = None if request.part is None else _part(request.part, meshes, issues)
+    floor = None if request.floor is None else _floor(request.floor, issues)
+    equipment = {arm.name: _equipment(arm, f"/arms/{index}", meshes, issues) for index, arm in enumerate(request.arms)}
+    if len(issues.found) > before:
+        return None
+    return Surroundings(obstacles, part, floor, clearances_of(request), equipment)
+
+
+def clearances_of(request: LayoutRequest) -> Clearances:
+    """The distances to keep: those asked for; else contact is forbidden as soon as any body is described.
+
+    Classes without any pair of bodies are left out: nothing can be said about them.
+    """
+    asked: Clearance | None = request.clearance
+    if asked is None:
+        wanted = CONTACT_FORBIDDEN if _describes_bodies(request) else Clearances()
+    else:
+        wanted = Clearances(asked.arm_arm, asked.arm_part, asked.arm_obstacle, asked.part_obstacle, asked.self)
+    part, obstacles = request.part is not None, bool(request.obstacles)
+    return Clearances(
+        arm_arm=wanted.arm_arm if len(request.arms) > 1 else None,
+        arm_part=wanted.arm_part if part else None,
+        arm_obstacle=wanted.arm_obstacle if obstacles else None,
+        part_obstacle=wanted.part_obstacle if part and obstacles else None,
+        self_collision=wanted.self_collision,
+    )
+
+
+def _describes_bodies(request: LayoutRequest) -> bool:
+    """True if the request says how anything looks that an arm could hit or be hit with."""
+    equipped = any(arm.tool_shapes or arm.pedestal is not None for arm in request.arms)
+    return equipped or bool(request.obstacles) or request.part is not None
+
+
+def _part(part: Part, meshes: MeshSource, issues: Issues) -> ModelPart | None:
+    bodies = solids_of(part.shapes, "part", "/part/shapes", meshes, issues)
+    numbered = [Body(f"part {i + 1}" if len(bodies) > 1 else "part", b.pose, b.shape) for i, b in enumerate(bodies)]
+    with issues.at("/part"):
+        return ModelPart(tuple(numbered), part.grasp_zone)
+    return None
+
+
+def _floor(floor: Floor, issues: Issues) -> ModelFloor | None:
+    with issues.at("/floor"):
+        allowed = None if floor.allowed is None else np.array(floor.allowed)
+        return ModelFloor(allowed, tuple(np.array(corners) for corners in floor.forbidden), floor.margin)
+    return None
+
+
+def _equipment(arm: Arm, pointer: str, meshes: MeshSource, issues: Issues) -> Equipment:
+    return Equipment(
+        tool=solids_of(arm.tool_shapes, "tool", f"{pointer}/tool_shapes", meshes, issues),
+        pedestal=None if arm.pedestal is None else _pedestal(arm.pedestal, f"{pointer}/pedestal", issues),
+        footprint=None if arm.footprint is None else footprint_of(arm.footprint, f"{pointer}/footprint", issues),
+    )
+
+
+def _pedestal(pedestal: Pedestal, pointer: str, issues: Issues) -> ModelPedestal | None:
+    footprint = footprint_of(pedestal.footprint, f"{pointer}/footprint", issues)
+    with issues.at(pointer):
+        return None if footprint is None else ModelPedestal(pedestal.height, footprint)
+    return None

@@ -156,6 +156,68 @@ def box_distances(ends: Floats, half: Floats) -> Floats:
     return distances
 
 
+def exact_box_distances(ends: Floats, half: Floats) -> Floats:
+    """Distances (...) of segments from boxes, 0 where they meet; arguments as for `box_distances`.
+
+    Along a segment the squared distance is convex and made of parabolas that join where a coordinate passes a side of
+    the box; the slope is linear between these places, so its root is found exactly.
+    """
+    start, way = ends[..., 0, :], ends[..., 1, :] - ends[..., 0, :]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        passed = np.concatenate([(half - start) / way, (-half - start) / way], axis=-1)
+    passed = np.nan_to_num(np.clip(passed, 0.0, 1.0), nan=0.0)
+    places = np.sort(np.concatenate([passed, np.broadcast_to([0.0, 1.0], (*passed.shape[:-1], 2))], axis=-1), axis=-1)
+    points = start[..., None, :] + places[..., None] * way[..., None, :]
+    beyond = points - np.clip(points, -half[..., None, :], half[..., None, :])
+    slopes = np.einsum("...ka,...a->...k", beyond, way)
+    last = np.clip(np.sum(slopes <= 0.0, axis=-1) - 1, 0, places.shape[-1] - 2)[..., None]
+    before, after = (np.take_along_axis(slopes, last + i, axis=-1)[..., 0] for i in (0, 1))
+    left, right = (np.take_along_axis(places, last + i, axis=-1)[..., 0] for i in (0, 1))
+    rise = after - before
+    share = np.clip(np.where(rise > 0.0, -before / np.where(rise > 0.0, rise, 1.0), 0.0), 0.0, 1.0)
+    nearest = start + (left + share * (right - left))[..., None] * way
+    beyond = nearest - np.clip(nearest, -half, half)
+    distances: Floats = np.sqrt(_dot(beyond, beyond))
+    return distances
+
+
+def box_gaps(first: Floats, first_half: Floats, second: Floats, second_half: Floats) -> Floats:
+    """Lower bounds of the signed distances of boxes: the widest gap along their axes and the normals of edge pairs.
+
+    S. Gottschalk et al., OBBTree, SIGGRAPH 1996. Exact where a face is nearest to a corner, an edge or a face.
+
+    Args:
+        first: (..., 4, 4) centres and axes. first_half: (..., 3) m. second, second_half: likewise.
+
+    Returns:
+        (...) m.
+    """
+    turn = first[..., :3, :3].swapaxes(-1, -2) @ second[..., :3, :3]
+    shift = ((second[..., :3, 3] - first[..., :3, 3])[..., None, :] @ first[..., :3, :3])[..., 0, :]
+    size = np.abs(turn)
+    of_first = np.abs(shift) - first_half - (size @ second_half[..., None])[..., 0]
+    seen = (shift[..., None, :] @ turn)[..., 0, :]
+    of_second = np.abs(seen) - second_half - (first_half[..., None, :] @ size)[..., 0, :]
+    gaps: Floats = np.maximum(np.max(of_first, axis=-1), np.max(of_second, axis=-1))
+    for i in range(3):  # normals of the first box's axis i with each of the second's: e_i x turn[:, j]
+        j, k = (i + 1) % 3, (i + 2) % 3
+        length = np.sqrt(np.maximum(1.0 - turn[..., i, :] ** 2, 0.0))
+        apart = np.abs(shift[..., k, None] * turn[..., j, :] - shift[..., j, None] * turn[..., k, :])
+        reach = first_half[..., j, None] * size[..., k, :] + first_half[..., k, None] * size[..., j, :]
+        other = np.stack([_others(second_half, size[..., i, :], column) for column in range(3)], axis=-1)
+        askew = length > 1e-3  # nearly parallel edges: the faces say the same
+        edge = (apart - reach - other) / np.where(askew, length, 1.0)
+        gaps = np.maximum(gaps, np.max(np.where(askew, edge, -np.inf), axis=-1))
+    return gaps
+
+
+def _others(half: Floats, size: Floats, column: int) -> Floats:
+    """What the second box reaches along the normal of the first's axis i and its own axis ``column``."""
+    j, k = (column + 1) % 3, (column + 2) % 3
+    reach: Floats = half[..., j] * size[..., k] + half[..., k] * size[..., j]
+    return reach
+
+
 def _dot(x: Floats, y: Floats) -> Floats:
     product: Floats = np.einsum("...a,...a->...", x, y)
     return product

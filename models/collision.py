@@ -9,19 +9,16 @@ import numpy as np
 
 from models.arm import Arm
 from models.arrays import Bools, Floats, Ints, set_frozen
-from models.bounding import ROUNDING, box_distances, segment_distances
 from models.collision_bodies import CellBodies, Owner, collect, frame_offsets
 from models.link_frames import link_frames
+from models.pair_bounds import PairBounds
 from models.pose import transform
-from models.separation import separation
+from models.separation import Separation, separation
 from models.shapes import Sphere
 from models.surroundings import PairClass, Surroundings
 
 MOUNTED = 5e-3
 """m; an obstacle whose surface is this near to where an arm is bolted down is what it is bolted to."""
-
-_AT_ONCE = 200_000
-"""Pairs times configurations bounded in one go."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,12 +84,8 @@ class CollisionModel:
         self.offsets = frame_offsets(arms)
         self._drop = [_mount_depth(surroundings, arm) for arm in arms]
         b = self.bodies
-        flat = b.flat[b.second]
-        self._planes = np.flatnonzero(flat)
-        self._solid = np.flatnonzero(~flat)
-        self._box_second = np.flatnonzero(~flat & ~b.rounded[b.second])
-        self._box_first = np.flatnonzero(~b.rounded[b.first] & ~flat)
-        self.exact_bounds: Bools = b.rounded[b.first] & (b.rounded[b.second] | flat)
+        self._bounds = PairBounds(b)
+        self.exact_bounds: Bools = self._bounds.exact
         self._mounts = np.flatnonzero(b.mounts)
         self._mount_arms = np.array([b.owners[i].arm for i in b.first[self._mounts]])
         self._last: tuple[bytes, Bools] = b"", np.ones(len(b.first), dtype=np.bool_)  # of the last bases
@@ -132,38 +125,27 @@ class CollisionModel:
             pairs: (P,) those of interest; the others get infinity.
         """
         wanted = configurations.counted if pairs is None else configurations.counted & pairs
-        result: Floats = np.full((len(configurations), len(wanted)), np.inf)
-        step = max(1, _AT_ONCE // max(1, int(np.count_nonzero(wanted))))
-        for start in range(0, len(configurations), step):
-            some = slice(start, start + step)
-            self._bound(configurations.frames[some], configurations.ends[some], wanted, result[some])
-        return result
+        return self._bounds(configurations.frames, configurations.ends, wanted)
 
-    def _bound(self, frames: Floats, ends: Floats, wanted: Bools, result: Floats) -> None:
-        """Fill lower bounds (K, P) of the wanted pairs."""
-        b, first, second = self.bodies, self.bodies.first, self.bodies.second
-        solid, planes = self._solid[wanted[self._solid]], self._planes[wanted[self._planes]]
-        segments = segment_distances(ends[:, first[solid]], ends[:, second[solid]])
-        result[:, solid] = segments - (b.radius[first[solid]] + b.radius[second[solid]])
-        if len(planes):
-            place = frames[:, b.frames[second[planes]]] @ np.stack([b.bodies[j].pose for j in second[planes]])
-            heights = np.einsum("kpea,kpa->kpe", ends[:, first[planes]] - place[..., None, :3, 3], place[..., :3, 2])
-            result[:, planes] = np.min(heights, axis=-1) - b.radius[first[planes]]
-        for boxed, thin, box in ((self._box_second, first, second), (self._box_first, second, first)):
-            pairs = boxed[wanted[boxed]]
-            if len(pairs):
-                place = frames[:, b.frames[box[pairs]]] @ b.box_poses[box[pairs]]
-                inside = (ends[:, thin[pairs]] - place[..., None, :3, 3]) @ place[..., :3, :3]
-                gaps = box_distances(inside, b.half[box[pairs]]) - b.radius[thin[pairs]]
-                result[:, pairs] = np.maximum(result[:, pairs], gaps)
-        result -= ROUNDING
+    def distances(self, configurations: Configurations, k: Ints, pairs: Ints) -> Floats:
+        """(q,) m, signed distances of pairs (q,) in configurations k (q,): in closed form if there is one, by Coal."""
+        found = self._bounds.apart(configurations.frames, configurations.ends, k, pairs)
+        for index in np.flatnonzero(np.isnan(found)):
+            found[index] = self._separation(configurations, int(k[index]), int(pairs[index])).distance
+        return found
+
+    def _separation(self, configurations: Configurations, k: int, pair: int) -> Separation:
+        b = self.bodies
+        i, j = b.first[pair], b.second[pair]
+        frames, first, second = configurations.frames[k], b.bodies[i], b.bodies[j]
+        poses = frames[b.frames[i]] @ first.pose, frames[b.frames[j]] @ second.pose
+        return separation(first.shape, poses[0], second.shape, poses[1])
 
     def contact(self, configurations: Configurations, k: int, pair: int) -> Contact:
         """Coal's answer for one pair in configuration k."""
         b = self.bodies
         i, j = int(b.first[pair]), int(b.second[pair])
-        poses = [configurations.frames[k, b.frames[x]] @ b.bodies[x].pose for x in (i, j)]
-        found = separation(b.bodies[i].shape, poses[0], b.bodies[j].shape, poses[1])
+        found = self._separation(configurations, k, pair)
         return Contact(
             kind=b.kinds[pair],
             distance=found.distance,

@@ -10,13 +10,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from models.arrays import Floats
-from models.bounding import Bounding, segment_distances
+from models.arrays import Bools, Floats
+from models.bounding import Bounding, exact_box_distances, segment_distances
 from models.link_frames import link_frames
 from models.robot import Robot
 from models.sampling import even_points
 from models.separation import separation
-from models.shapes import Body
+from models.shapes import Body, Box
 
 SAMPLES = 128
 OFTEN = 0.2
@@ -43,15 +43,38 @@ def self_pairs(
     frames = link_frames(robot, _postures(robot, lower, upper))
     poses = np.stack([frames[:, link] @ body.pose for link, body in zip(links, bodies, strict=True)], axis=1)
     ends = np.stack([b.ends for b in bounds]) @ poses[..., :3, :3].swapaxes(-1, -2) + poses[..., None, :3, 3]
+    first, second = np.array(candidates).T
+    reach = np.array([b.radius for b in bounds])
+    overlaps = segment_distances(ends[:, first], ends[:, second]) < reach[first] + reach[second]
     pairs = []
-    for i, j in candidates:
-        near = segment_distances(ends[:, i], ends[:, j]) < bounds[i].radius + bounds[j].radius
-        if not (bounds[i].exact and bounds[j].exact):
-            for k in np.flatnonzero(near):
-                near[k] = separation(bodies[i].shape, poses[k, i], bodies[j].shape, poses[k, j]).distance < 0.0
+    for (i, j), near in zip(candidates, overlaps.T, strict=True):
+        for thin, box in ((i, j), (j, i)):
+            if not bounds[box].exact:
+                _clear_beside(near, ends[:, thin], bounds[thin].radius, poses[:, box], bounds[box])
+        round_ones = bounds[i].exact + bounds[j].exact
+        boxes = isinstance(bodies[i].shape, Box) + isinstance(bodies[j].shape, Box)
+        if round_ones == 0 or round_ones + boxes < 2:  # else it is known exactly
+            _look_closely(near, poses[:, i], poses[:, j], bodies[i], bodies[j])
         if not near[0] and np.mean(near) <= OFTEN:
             pairs.append((i, j))
     return pairs
+
+
+def _clear_beside(near: Bools, ends: Floats, radius: float, boxes: Floats, bound: Bounding) -> None:
+    """Clear ``near`` (K,) where capsules (K, 2, 3) do not reach the bounding box of another body at poses (K, 4, 4)."""
+    k = np.flatnonzero(near)
+    inside = (ends[k] - boxes[k, None, :3, 3]) @ boxes[k, :3, :3]
+    near[k] = exact_box_distances(inside - bound.centre, bound.half) <= radius
+
+
+def _look_closely(near: Bools, first_poses: Floats, second_poses: Floats, first: Body, second: Body) -> None:
+    """Clear ``near`` (K,) where bodies do not touch, until it is known whether their pair counts."""
+    touching = 0
+    for k in np.flatnonzero(near):
+        near[k] = separation(first.shape, first_poses[k], second.shape, second_poses[k]).distance < 0.0
+        touching += int(near[k])
+        if near[0] or touching > OFTEN * len(near):
+            return
 
 
 def _postures(robot: Robot, lower: Floats, upper: Floats) -> Floats:

@@ -43,7 +43,7 @@ def separation(first: Shape, first_pose: Floats, second: Shape, second_pose: Flo
     if isinstance(first, HalfSpace) and isinstance(second, HalfSpace):
         raise ValueError("two half-spaces have no distance")
     for nudge in _NUDGES:
-        moved = _shifted(second_pose, nudge * _ASIDE)
+        moved = _shifted(second_pose, nudge * _ASIDE) if nudge else second_pose
         found = _query(first, first_pose, second, moved)
         if _sound(found) and _leads_out(found, first, first_pose, second, moved):
             point = found.point_second - nudge * _ASIDE

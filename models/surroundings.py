@@ -175,14 +175,9 @@ class Surroundings:
         own = self.of(arm.name).links
         return own if own is not None else link_bodies(arm.robot)
 
-    def footprint(self, arm: Arm) -> Footprint | None:
-        """What an arm covers of the floor: its footprint, its pedestal's, or its origin alone.
-
-        None if the floor does not bind it: nothing is said about the floor, or the arm hangs or leans.
-        """
-        if self.floor is None or not arm.upright:
-            return None
-        equipment = self.of(arm.name)
+    def footprint(self, arm: str) -> Footprint:
+        """What an arm covers of the floor: its footprint, its pedestal's, or its origin alone."""
+        equipment = self.of(arm)
         if equipment.footprint is not None:
             return equipment.footprint
         return POINT if equipment.pedestal is None else equipment.pedestal.footprint

@@ -61,6 +61,23 @@ class Break:
     fraction: float
 
 
+@dataclass(frozen=True, slots=True)
+class LimitExcess:
+    """Where a joint is nearest to its limits, or farthest beyond them.
+
+    Attributes:
+        arm: its name. joint: name of the joint.
+        pose: index of the pose before. fraction: of the way to the next pose.
+        amount: rad beyond the limit; negative: what is left.
+    """
+
+    arm: str
+    joint: str
+    pose: int
+    fraction: float
+    amount: float
+
+
 @dataclass(frozen=True, eq=False)
 class PathClearance:
     """The check of a whole path.
@@ -68,16 +85,21 @@ class PathClearance:
     Attributes:
         classes: those asked for that have pairs.
         breaks: empty if every arm follows the object between all poses.
-        limit_excess: rad, largest excess of a joint over its limits at any sample; negative: what is left.
+        worst_limit: largest excess of a joint over its limits at any sample.
         limits_certain: True if nothing between the samples exceeds a limit that the samples keep.
         samples: configurations looked at.
     """
 
     classes: tuple[ClassClearance, ...]
     breaks: tuple[Break, ...]
-    limit_excess: float
+    worst_limit: LimitExcess
     limits_certain: bool
     samples: int
+
+    @property
+    def limit_excess(self) -> float:
+        """rad, largest excess of a joint over its limits at any sample; negative: what is left."""
+        return self.worst_limit.amount
 
     @property
     def clear(self) -> bool:
@@ -111,11 +133,10 @@ def check_clearance(
     walk = Walk(cell, model, clearances, bases, joints, resolution or Resolution())
     while len(walk.left):
         walk.halve()
-    excess = [np.max(np.maximum(arm.lower - q, q - arm.upper)) for arm, q in zip(cell.arms, walk.joints, strict=True)]
     return PathClearance(
         classes=tuple(found for kind in model.kinds if (found := _class(walk, kind)) is not None),
         breaks=tuple(Break(*place) for place in walk.breaks),
-        limit_excess=float(max(excess)),
+        worst_limit=_worst_limit(cell, walk),
         limits_certain=walk.limits_certain and not walk.breaks,
         samples=len(walk.step),
     )
@@ -137,6 +158,17 @@ def found_clearances(path: PathClearance) -> tuple[Clearance, ...]:
         )
         for found in path.classes
     )
+
+
+def _worst_limit(cell: Cell, walk: Walk) -> LimitExcess:
+    """The joint nearest to its limits over all samples."""
+    worst = []
+    for arm, q in zip(cell.arms, walk.joints, strict=True):
+        excess = np.maximum(arm.lower - q, q - arm.upper)
+        k, i = np.unravel_index(int(np.argmax(excess)), excess.shape)
+        place = int(walk.step[k]), float(walk.fraction[k])
+        worst.append(LimitExcess(arm.name, arm.robot.joint_names[i], *place, float(excess[k, i])))
+    return max(worst, key=lambda one: one.amount)
 
 
 def _class(walk: Walk, kind: PairClass) -> ClassClearance | None:

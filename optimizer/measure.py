@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from models.arm import Arm
 from models.arrays import Floats
 from models.branches import posture_terms, signs_of
+from models.cell import Cell
 from models.closed_form import ClosedForm, closed_form
 from models.kinematics import characteristic_length, conditioning
+from models.links import provenance
 from models.posture import name_signs
 from optimizer.layout import Placement
 from optimizer.program import ArmPoint
@@ -51,6 +55,11 @@ def place(arm: Arm, point: ArmPoint) -> Placement:
         singularity_distances={} if form is None else _singularity_distances(form, point.joints),
         mount=arm.mount,
     )
+
+
+def placed(cell: Cell, arm: Arm, point: ArmPoint) -> Placement:
+    """All figures of one arm at a point, and where the shape of its links comes from."""
+    return replace(place(arm, point), geometry=provenance(cell.surroundings.links(arm)))
 
 
 def _singularity_distances(form: ClosedForm, joints: Floats) -> dict[str, float]:

@@ -10,7 +10,7 @@ from models.cell import Cell
 from optimizer.coupled.layout import coupled_layout
 from optimizer.coupled.search import CoupledSearch, search_coupled
 from optimizer.layout import Certificate, Layout, Outcome, Placement, Reason, Search
-from optimizer.measure import place
+from optimizer.measure import placed
 from optimizer.penalty import run_baseline
 from optimizer.prove import prove
 from optimizer.search import ArmSearch, search_arm
@@ -75,7 +75,7 @@ def _layout(cell: Cell, searches: list[ArmSearch], certificate: Certificate | No
     for search in searches:
         reasons.extend(search.reasons)
         if search.best is not None:
-            placements.append(place(search.arm, search.best))
+            placements.append(placed(cell, search.arm, search.best))
             checks.append(check(cell, search.arm, search.best))
     complete = len(placements) == len(searches)
     finished = all(search.finished for search in searches)

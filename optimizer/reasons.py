@@ -80,7 +80,7 @@ def explain_reduced(
     signs = np.array([nearest.signs])
     paths = evaluate_signed(problem, nearest.position[None, :], signs)
     seen = solve_signed(problem.form, problem.rotations, seen_from(problem, nearest.position[None]), signs)
-    reasons = _broken(cell, problem.arm, paths.joints[:, 0, 0].T, seen.missing[0, 0])
+    reasons = explain_path(cell, problem.arm, paths.joints[:, 0, 0].T, seen.missing[0, 0])
     return reasons or (_no_posture(problem.arm),)
 
 
@@ -117,7 +117,7 @@ def explain_general(cell: Cell, arm: Arm, paths: list[LayeredPath]) -> tuple[Rea
             ),
         )
     nearest = min(whole, key=lambda path: path.violation)
-    return _broken(cell, arm, nearest.joints, np.zeros(len(nearest.joints))) or (_no_posture(arm),)
+    return explain_path(cell, arm, nearest.joints, np.zeros(len(nearest.joints))) or (_no_posture(arm),)
 
 
 def _conditioning(cell: Cell, problem: ReducedProblem, box: Floats, seed: int) -> tuple[Reason, ...]:
@@ -171,11 +171,20 @@ def _impossible_alone(problem: ReducedProblem, box: Floats, seed: int) -> list[R
     return reasons
 
 
-def _broken(cell: Cell, arm: Arm, joints: Floats, missing: Floats) -> tuple[Reason, ...]:
-    """What a path (m, n) with reach deficits (m,) breaks, largest first within each kind."""
+def explain_path(
+    cell: Cell, arm: Arm, joints: Floats, missing: Floats, where: str = "at the nearest placement found"
+) -> tuple[Reason, ...]:
+    """What a path breaks, largest first within each kind.
+
+    Args:
+        cell: step limit.
+        arm: the arm.
+        joints: (m, n) rad.
+        missing: (m,) m that reach lacks.
+        where: words for the placement.
+    """
     reasons: list[Reason] = []
     far = np.flatnonzero(missing > 0.0)
-    where = "at the nearest placement found"
     if len(far):
         amount = float(np.max(missing))
         detail = f"{arm.name}: {where} {_poses(far)} out of reach by up to {amount:.3f} m"

@@ -178,15 +178,14 @@ class Walk:
         return kept
 
     def _measure(self, start: Ints, end: Ints, moved: Floats, unsettled: Bools, last: Bools) -> None:
-        """Ask Coal where a bound may be what keeps a pair from being settled."""
+        """Ask for distances where a bound may be what keeps a pair from being settled."""
         short = 2.0 * self.required - (self.gaps[start] + self.gaps[end] - moved)
         worth = unsettled & ((short <= 2.0 * self.slack) | last[:, None])
         for sample in (start, end):
-            for i, pair in np.argwhere(worth & ~self.exact[sample]):
-                k = int(sample[i])
-                if not self.exact[k, pair]:
-                    self.gaps[k, pair] = self.model.contact(self.places, k, int(pair)).distance
-                    self.exact[k, pair] = True
+            i, pairs = np.nonzero(worth & ~self.exact[sample])
+            k = sample[i]
+            self.gaps[k, pairs] = self.model.distances(self.places, k, pairs)
+            self.exact[k, pairs] = True
 
     def _within_limits(self, start: Ints, end: Ints, middle: Ints, last: Bools) -> Bools:
         """(I,) False for halves where a joint may leave its limits though it keeps them at the samples."""

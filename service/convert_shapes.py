@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -22,11 +22,11 @@ from service.schemas.surroundings import Footprint, RectangularFootprint, RoundF
 class MeshSource(Protocol):
     """Where uploaded meshes are kept."""
 
-    def hulls(self, id: str, scale: float) -> tuple[ConvexHull, ...]:
+    def hulls(self, mesh_id: str, scale: float = 1.0) -> Sequence[ConvexHull]:
         """The convex pieces of a mesh.
 
         Args:
-            id: of the mesh.
+            mesh_id: its identifier.
             scale: factor to m.
 
         Raises:
@@ -38,10 +38,10 @@ class MeshSource(Protocol):
 class NoMeshes:
     """The source of a place where nothing can be uploaded."""
 
-    def hulls(self, id: str, scale: float) -> tuple[ConvexHull, ...]:
+    def hulls(self, mesh_id: str, scale: float = 1.0) -> Sequence[ConvexHull]:
         """See `MeshSource`."""
         raise InvalidInput(
-            f"there is no mesh {id[:60]!r}: none is kept here. Send boxes, cylinders or capsules.", "/id"
+            f"there is no mesh {mesh_id[:60]!r}: none is kept here. Send boxes, cylinders or capsules.", "/id"
         )
 
 
@@ -94,7 +94,7 @@ def footprint_of(footprint: Footprint, pointer: str, issues: Issues) -> ModelFoo
 def _bodies(name: str, solid: Solid | Obstacle, pointer: str, meshes: MeshSource, issues: Issues) -> Iterable[Body]:
     """The bodies of one shape; none if issues had to be noted."""
     pose: Floats = pose_of(solid.pose, f"{pointer}/pose", issues)
-    shapes: tuple[ModelShape, ...] = ()
+    shapes: Sequence[ModelShape] = ()
     with issues.at(f"{pointer}/shape"):
         shapes = _shapes(solid.shape, meshes)
     bodies: list[Body] = []
@@ -103,7 +103,7 @@ def _bodies(name: str, solid: Solid | Obstacle, pointer: str, meshes: MeshSource
     return bodies
 
 
-def _shapes(shape: Shape, meshes: MeshSource) -> tuple[ModelShape, ...]:
+def _shapes(shape: Shape, meshes: MeshSource) -> Sequence[ModelShape]:
     match shape:
         case schema.Box():
             return (Box(np.array(shape.size)),)

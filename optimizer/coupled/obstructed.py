@@ -14,7 +14,6 @@ from models.collision import CollisionModel
 from models.floor import Footprint
 from models.surroundings import Clearances, PairClass, Surroundings
 from optimizer.box import search_box
-from optimizer.coupled.scene import footprint_of
 from optimizer.layout import Reason
 from optimizer.path_samples import ObjectPath
 
@@ -67,7 +66,7 @@ def _no_room(cell: Cell, arm: Arm) -> tuple[Reason, ...]:
     if floor is None or np.any(box[:, 0] > box[:, 1]):
         return ()
     free = shapely.box(box[0, 0], box[1, 0], box[0, 1], box[1, 1]).buffer(SLACK)  # fixed coordinates have no width
-    keep = _inner_radius(footprint_of(cell.surroundings, arm.name)) + floor.margin
+    keep = _inner_radius(cell.surroundings.footprint(arm.name)) + floor.margin
     if floor.allowed is not None:
         free = free.intersection(shapely.Polygon(floor.allowed).buffer(-keep))
     for polygon in floor.forbidden:

@@ -14,7 +14,7 @@ from models.cell import Cell
 from models.posture import ALL_SIGNS
 from optimizer.box import search_box, spread
 from optimizer.coupled.refine import price_of
-from optimizer.coupled.scene import Scene, footprint_of, world_yaw
+from optimizer.coupled.scene import Scene, world_yaw
 from optimizer.general import screen_general
 from optimizer.program import ArmPoint
 from optimizer.reduced import ReducedProblem, conditioning_shortfall, evaluate
@@ -128,7 +128,7 @@ def _on_floor(cell: Cell, arm: Arm, positions: Floats, yaws: Floats) -> Bools:
     if floor is None:
         return np.ones(yaws.shape, dtype=np.bool_)
     places = np.tile(positions[:, :2], (len(yaws), 1))
-    footprint = footprint_of(cell.surroundings, arm.name)
+    footprint = cell.surroundings.footprint(arm.name)
     free: Bools = floor.signed_distance(places, footprint, world_yaw(arm, yaws.ravel())) >= -REPAIRABLE
     return free.reshape(yaws.shape)
 

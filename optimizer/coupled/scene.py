@@ -12,8 +12,8 @@ from models.arrays import Bools, Floats
 from models.cell import Cell
 from models.collision import CollisionModel
 from models.coupling import Rows
-from models.floor import POINT, Footprint
-from models.surroundings import PairClass, Surroundings
+from models.floor import Footprint
+from models.surroundings import PairClass
 from optimizer.clearance import PathClearance, check_clearance
 from optimizer.measure import objective_of
 from optimizer.path_samples import ObjectPath
@@ -56,7 +56,7 @@ class Scene:
             np.array([around.clearances.required(kind) or 0.0 for kind in kinds]),
             np.array([kind is not PairClass.PART_OBSTACLE for kind in kinds], dtype=np.bool_),
             ObjectPath(cell.task.poses),
-            tuple(footprint_of(around, arm.name) for arm in cell.arms),
+            tuple(around.footprint(arm.name) for arm in cell.arms),
         )
 
     def bases(self, points: Sequence[ArmPoint]) -> Floats:
@@ -111,12 +111,6 @@ class Scene:
     def usable(self, points: Sequence[ArmPoint]) -> bool:
         """True if every arm passes the independent check of its own part."""
         return all(check(self.cell, arm, point).usable for arm, point in zip(self.cell.arms, points, strict=True))
-
-
-def footprint_of(around: Surroundings, arm: str) -> Footprint:
-    """The ground that an arm's base covers: that of its pedestal, or the origin alone."""
-    pedestal = around.of(arm).pedestal
-    return POINT if pedestal is None else pedestal.footprint
 
 
 def world_yaw(arm: Arm, yaw: Floats | float) -> Floats:

@@ -32,7 +32,7 @@ class Part(Strict):
 
 
 class Floor(Strict):
-    """Where arms may stand, seen from above. It binds arms that stand upright: not those on a wall or a ceiling."""
+    """Where bases may be, seen from above; it binds arms on walls and ceilings too."""
 
     allowed: Polygon | None = Field(
         default=None,

@@ -1,0 +1,125 @@
+"""Lower bounds of the distances of all pairs of bodies in many configurations at once, exact where that is cheap."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from models.arrays import Bools, Floats, Ints
+from models.bounding import ROUNDING, box_distances, box_gaps, exact_box_distances, segment_distances
+from models.collision_bodies import CellBodies
+from models.shapes import Box
+
+_AT_ONCE = 200_000
+"""Pairs times configurations bounded in one go."""
+
+
+class PairBounds:
+    """Bounds for the pairs of a cell, by the capsules, boxes and planes of their bodies.
+
+    Attributes:
+        exact: (P,) True where bounds are the distances, less `ROUNDING`: balls and capsules among themselves and over
+            half-spaces, boxes over half-spaces.
+    """
+
+    def __init__(self, bodies: CellBodies) -> None:
+        """Sort the pairs by what bounds them."""
+        self.bodies = b = bodies
+        flat, round_first, round_second = b.flat[b.second], b.rounded[b.first], b.rounded[b.second]
+        self._planes = np.flatnonzero(flat)
+        self._solid = np.flatnonzero(~flat)
+        self._box_second = np.flatnonzero(~flat & round_first & ~round_second)
+        self._box_first = np.flatnonzero(~flat & ~round_first & round_second)
+        self._boxes = np.flatnonzero(~flat & ~round_first & ~round_second)
+        is_box = np.array([isinstance(body.shape, Box) for body in b.bodies], dtype=np.bool_)
+        self.exact: Bools = (round_first & (round_second | flat)) | (is_box[b.first] & flat)
+        self._thin_first: Bools = round_first & is_box[b.second]
+        self._thin_second: Bools = round_second & is_box[b.first]
+
+    def __call__(self, frames: Floats, ends: Floats, wanted: Bools) -> Floats:
+        """Bounds of some pairs.
+
+        Args:
+            frames: (K, F, 4, 4) in the world. ends: (K, B, 2, 3) m, segments of the bounding capsules in the world.
+            wanted: (P,) pairs of interest; the others get infinity.
+
+        Returns:
+            (K, P) m.
+        """
+        result: Floats = np.full((len(frames), len(wanted)), np.inf)
+        step = max(1, _AT_ONCE // max(1, int(np.count_nonzero(wanted))))
+        for start in range(0, len(frames), step):
+            some = slice(start, start + step)
+            self._fill(frames[some], ends[some], wanted, result[some])
+        return result
+
+    def apart(self, frames: Floats, ends: Floats, k: Ints, pairs: Ints) -> Floats:
+        """Distances of capsules and balls beside boxes.
+
+        Args:
+            frames, ends: as above.
+            k: (q,) configurations. pairs: (q,) of the same length.
+
+        Returns:
+            (q,) m; NaN for other pairs, and where a segment meets a box.
+        """
+        b = self.bodies
+        result: Floats = np.full(len(k), np.nan)
+        for thin, boxed, those in (
+            (b.first, b.second, self._thin_first[pairs]),
+            (b.second, b.first, self._thin_second[pairs]),
+        ):
+            at, i, j = k[those], thin[pairs[those]], boxed[pairs[those]]
+            box = frames[at, b.frames[j]] @ b.box_poses[j]
+            inside = (ends[at, i] - box[:, None, :3, 3]) @ box[:, :3, :3]
+            gaps = exact_box_distances(inside, b.half[j])
+            result[those] = np.where(gaps > 0.0, gaps - b.radius[i], np.nan)
+        return result
+
+    def _fill(self, frames: Floats, ends: Floats, wanted: Bools, result: Floats) -> None:
+        b, first, second = self.bodies, self.bodies.first, self.bodies.second
+        solid = self._solid[wanted[self._solid]]
+        segments = segment_distances(ends[:, first[solid]], ends[:, second[solid]])
+        result[:, solid] = segments - (b.radius[first[solid]] + b.radius[second[solid]])
+        boxes = frames[:, b.frames] @ b.box_poses  # (K, B, 4, 4)
+        for pairs, bound in (
+            (self._planes, self._over_planes),
+            (self._box_second, self._beside_second),
+            (self._box_first, self._beside_first),
+            (self._boxes, self._between_boxes),
+        ):
+            some = pairs[wanted[pairs]]
+            if len(some):
+                bound(some, boxes, ends, result)
+        result -= ROUNDING
+
+    def _over_planes(self, pairs: Ints, boxes: Floats, ends: Floats, result: Floats) -> None:
+        """Bodies over half-spaces: the lower end of their capsule, or the lowest corner of their box."""
+        b, i = self.bodies, self.bodies.first[pairs]
+        plane, box = boxes[:, self.bodies.second[pairs]], boxes[:, i]
+        origin, normal = plane[..., :3, 3], plane[..., :3, 2]  # a half-space has no box: this is its frame
+        heights = np.einsum("kpea,kpa->kpe", ends[:, i] - origin[..., None, :], normal)
+        by_capsule = np.min(heights, axis=-1) - b.radius[i]
+        middle = np.einsum("kpa,kpa->kp", box[..., :3, 3] - origin, normal)
+        down = np.einsum("kpb,pb->kp", np.abs(np.einsum("kpab,kpa->kpb", box[..., :3, :3], normal)), b.half[i])
+        result[:, pairs] = np.maximum(by_capsule, middle - down)
+
+    def _beside_second(self, pairs: Ints, boxes: Floats, ends: Floats, result: Floats) -> None:
+        """First bodies that are capsules beside second ones in boxes."""
+        self._beside(pairs, self.bodies.first[pairs], self.bodies.second[pairs], boxes, ends, result)
+
+    def _beside_first(self, pairs: Ints, boxes: Floats, ends: Floats, result: Floats) -> None:
+        """Second bodies that are capsules beside first ones in boxes."""
+        self._beside(pairs, self.bodies.second[pairs], self.bodies.first[pairs], boxes, ends, result)
+
+    def _beside(self, pairs: Ints, thin: Ints, boxed: Ints, boxes: Floats, ends: Floats, result: Floats) -> None:
+        """Capsules beside boxes."""
+        b, box = self.bodies, boxes[:, boxed]
+        inside = (ends[:, thin] - box[..., None, :3, 3]) @ box[..., :3, :3]
+        gaps = box_distances(inside, b.half[boxed]) - b.radius[thin]
+        result[:, pairs] = np.maximum(result[:, pairs], gaps)
+
+    def _between_boxes(self, pairs: Ints, boxes: Floats, ends: Floats, result: Floats) -> None:
+        """Bodies in boxes among themselves."""
+        b, i, j = self.bodies, self.bodies.first[pairs], self.bodies.second[pairs]
+        gaps = box_gaps(boxes[:, i], b.half[i], boxes[:, j], b.half[j])
+        result[:, pairs] = np.maximum(result[:, pairs], gaps)

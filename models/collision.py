@@ -111,9 +111,33 @@ class CollisionModel:
         frames[:, 1] = objects
         for arm, base, q, start in zip(self.arms, bases, joints, self.offsets[:-1], strict=True):
             np.matmul(base, link_frames(arm.robot, q), out=frames[:, start : start + arm.dof + 1])
+        return Configurations(frames, self._ends(frames), self.counted(bases))
+
+    def configure_layouts(self, bases: Floats, joints: Sequence[Floats], objects: Floats) -> Configurations:
+        """Place everything for many layouts of one task at once.
+
+        Args:
+            bases: (L, A, 4, 4) base of each arm in the world.
+            joints: per arm (L, m, n) rad.
+            objects: (m, 4, 4) object frame in the world.
+
+        Returns:
+            L · m configurations, layout after layout; which pairs count differs between layouts and is left to the
+            caller (`counted`): here all do.
+        """
+        many, m = len(bases), len(objects)
+        frames: Floats = np.empty((many * m, self.offsets[-1], 4, 4))
+        frames[:, 0] = np.eye(4)
+        frames[:, 1] = np.tile(objects, (many, 1, 1))
+        for a, (arm, q, start) in enumerate(zip(self.arms, joints, self.offsets[:-1], strict=True)):
+            links = link_frames(arm.robot, q.reshape(many * m, arm.dof))
+            np.matmul(np.repeat(bases[:, a], m, axis=0)[:, None], links, out=frames[:, start : start + arm.dof + 1])
+        return Configurations(frames, self._ends(frames), np.ones(len(self.bodies.first), dtype=np.bool_))
+
+    def _ends(self, frames: Floats) -> Floats:
         own = frames[:, self.bodies.frames]
-        ends = self.bodies.ends @ own[..., :3, :3].swapaxes(-1, -2) + own[..., None, :3, 3]
-        return Configurations(frames, ends, self._counted(bases))
+        ends: Floats = self.bodies.ends @ own[..., :3, :3].swapaxes(-1, -2) + own[..., None, :3, 3]
+        return ends
 
     def bounds(self, configurations: Configurations, pairs: Bools | None = None) -> Floats:
         """(K, P) m, lower bounds of the signed distances of all pairs; infinite for pairs that do not count.
@@ -213,7 +237,7 @@ class CollisionModel:
         found = [self.contact(here, 0, int(pair)) for pair in candidates]
         return sorted((c for c in found if c.distance < limits[c.pair]), key=lambda c: c.distance)
 
-    def _counted(self, bases: Floats) -> Bools:
+    def counted(self, bases: Floats) -> Bools:
         """(P,) False where a base, pedestal or first link meets what its arm is bolted to."""
         key = np.asarray(bases).tobytes()
         if key != self._last[0]:

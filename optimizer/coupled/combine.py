@@ -21,10 +21,12 @@ BEAM = 600
 """Combinations kept while one arm after the other is added."""
 LOOKED_AT = 250
 """Combinations whose arms are checked against each other, best first; as many more are taken from all over the rest."""
+BATCH = 25
+"""Combinations looked at together."""
 WIDEST_TIED = 100
 """Combinations and members that are tied to each other, all with all."""
-ENOUGH = 12
-"""Clean combinations after which no more are looked for."""
+ENOUGH = 8
+"""Distinct clean combinations after which no more are looked for."""
 APART = 0.12
 """m; combinations of the same postures whose bases are all nearer than this count as one start."""
 
@@ -63,19 +65,26 @@ def combine(
     price = price_of(scene.cell)
     candidates = _beam(scene.cell, pools, problems, price, BEAM * effort)
     looked: list[Combination] = []
-    clean = 0
-    for members in _order(candidates, LOOKED_AT * effort):
-        if clean >= ENOUGH * effort or time.perf_counter() > deadline:
+    ordered = _order(candidates, LOOKED_AT * effort)
+    for at in range(0, len(ordered), BATCH):
+        looked = _distinct(sorted([*looked, *_checked(scene, ordered[at : at + BATCH])], key=lambda c: c.score(price)))
+        if sum(one.lack <= 0.0 for one in looked) >= ENOUGH or time.perf_counter() > deadline:
             break
-        points = tuple(member.point for member in members)
-        lack = max(
-            max(member.lack for member in members),
-            scene.tie_lack(points),
-            scene.contact_lack(scene.bases(points), [p.joints for p in points], scene.cell.task.poses),
+    return looked
+
+
+def _checked(scene: Scene, candidates: Sequence[tuple[Member, ...]]) -> list[Combination]:
+    """Combinations with what they lack."""
+    layouts = [tuple(member.point for member in members) for members in candidates]
+    lacks = scene.contact_lacks(layouts)
+    return [
+        Combination(
+            points,
+            sum(member.objective for member in members),
+            max(float(lack), scene.tie_lack(points), scene.floor_lack(points)),
         )
-        clean += lack <= 0.0
-        looked.append(Combination(points, sum(member.objective for member in members), lack))
-    return _distinct(sorted(looked, key=lambda c: c.score(price)))
+        for members, points, lack in zip(candidates, layouts, lacks, strict=True)
+    ]
 
 
 def _order(candidates: list[tuple[Member, ...]], count: int) -> list[tuple[Member, ...]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from bisect import insort
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,11 +21,13 @@ from optimizer.program import ArmPoint
 from optimizer.reduced import ReducedProblem, conditioning_shortfall, evaluate
 from optimizer.verify import check
 
-POINTS = {0: 1, 1: 64, 2: 400, 3: 1200}
+POINTS = {0: 1, 1: 100, 2: 1600, 3: 4000}
 """Base positions of the first round by number of free coordinates; each has eight postures."""
 CHUNK = 256
 LOOKED_AT = 400
 """Of the usable ones, the best this many are looked at with their surroundings."""
+BATCH = 40
+"""Of these at once."""
 KEPT = 80
 """Members of a pool."""
 REPAIRABLE = 0.15
@@ -75,14 +78,15 @@ def pool_of(scene: Scene, index: int, problem: ReducedProblem | None, round_: in
     members: list[Member] = []
     most = KEPT * 2**round_
     scores: list[float] = []
-    for objective, point in found[: LOOKED_AT * 2**round_]:
-        enough = len(scores) >= most and scores[most - 1] <= objective  # the rest cannot score better
-        if enough or time.perf_counter() > deadline:
+    for at in range(0, len(found), BATCH):
+        batch = found[at : at + BATCH]
+        enough = len(scores) >= most and scores[most - 1] <= batch[0][0]  # the rest cannot score better
+        if enough or at >= LOOKED_AT * 2**round_ or time.perf_counter() > deadline:
             break
-        lack = own_lack(alone, point)
-        if lack <= REPAIRABLE:
-            members.append(Member(point, objective, lack))
-            insort(scores, members[-1].score(price))
+        for (objective, point), lack in zip(batch, own_lacks(alone, [point for _, point in batch]), strict=True):
+            if lack <= REPAIRABLE:
+                members.append(Member(point, objective, lack))
+                insort(scores, members[-1].score(price))
     members.sort(key=lambda member: member.score(price))
     return Pool(members[:most], evaluated)
 
@@ -92,12 +96,10 @@ def alone_scene(cell: Cell, arm: Arm) -> Scene:
     return Scene.of(replace(cell, arms=(arm,), couplings=()))
 
 
-def own_lack(alone: Scene, point: ArmPoint) -> float:
-    """Largest shortfall [m] of floor and distances at the poses, as far as one arm alone is concerned."""
-    floor = alone.floor_lack([point])
-    if floor > REPAIRABLE:
-        return floor
-    return max(floor, alone.contact_lack(alone.bases([point]), [point.joints], alone.cell.task.poses))
+def own_lacks(alone: Scene, points: Sequence[ArmPoint]) -> list[float]:
+    """Largest shortfall [m] of floor and distances at the poses of each point, as far as one arm alone is concerned."""
+    contacts = alone.contact_lacks([[point] for point in points])
+    return [max(alone.floor_lack([point]), float(lack)) for point, lack in zip(points, contacts, strict=True)]
 
 
 def _reduced_points(
@@ -146,4 +148,4 @@ def _general_points(cell: Cell, arm: Arm, seed: int, deadline: float) -> tuple[l
 
 def with_optimum(pool: Pool, alone: Scene, optimum: ArmPoint, objective: float) -> Pool:
     """The pool with the uncoupled optimum in front."""
-    return Pool([Member(optimum, objective, own_lack(alone, optimum)), *pool.members], pool.evaluated)
+    return Pool([Member(optimum, objective, own_lacks(alone, [optimum])[0]), *pool.members], pool.evaluated)

@@ -28,7 +28,9 @@ from optimizer.program import ArmPoint, Program, build_program
 from optimizer.solve import IPOPT_OPTIONS, STATUS, SolveStatus, rounded_limit
 from optimizer.structure import Structure
 
-ITERATIONS = 60
+ITERATIONS = 40
+ACCURATE = 5e-7
+"""m or rad; rows that miss by more are no point of the task."""
 SMALLEST_BLOCK = 16
 """Rows are padded to powers of two, so that few shapes have to be compiled."""
 
@@ -39,11 +41,18 @@ class CoupledSolve:
 
     Attributes:
         status: what it ended with. points: one per arm. slack: what the linear rows lack at most, as far as they tell.
+        violation: largest violation of a row.
     """
 
     status: SolveStatus
     points: tuple[ArmPoint, ...]
     slack: float
+    violation: float
+
+    @property
+    def accurate(self) -> bool:
+        """True if the point is on the task, whatever IPOPT says of its optimality."""
+        return self.status.has_point and self.violation <= ACCURATE
 
 
 def solve_coupled(
@@ -68,13 +77,17 @@ def solve_coupled(
     reach = _reach(cell, radius)
     lower, upper = np.maximum(lower, here - reach), np.minimum(upper, here + reach)
     if np.any(lower > upper):
-        return CoupledSolve(SolveStatus.INFEASIBLE, tuple(points), np.inf)
+        return CoupledSolve(SolveStatus.INFEASIBLE, tuple(points), np.inf, np.inf)
     scale = float(np.mean([program.scale for program in programs]))
     gradients, wanted = np.zeros((size, rows.gradients.shape[1])), np.full(size, -np.inf)
     gradients[: len(rows.values)] = rows.gradients
     columns = joint_columns(cell, [int(start) for start in starts[:-1]])
     wanted[: len(rows.values)] = rows.required - rows.values + rows.gradients @ here[columns]
     ties = [coupling.rows([(0.0,) * BASE for _ in cell.arms]) for coupling in cell.couplings]
+    rows_lower = np.concatenate([*(p.rows_lower for p in programs), *(rows.lower for rows in ties), wanted])
+    rows_upper = np.concatenate(
+        [*(p.rows_upper for p in programs), *(rows.upper for rows in ties), np.full(size, np.inf)]
+    )
     result = solver(
         x0=np.append(here, max(rows.lack, 0.0)),
         p=np.concatenate(
@@ -87,16 +100,18 @@ def solve_coupled(
         ),
         lbx=np.append(lower, 0.0),
         ubx=np.append(upper, np.inf),
-        lbg=np.concatenate([*(p.rows_lower for p in programs), *(rows.lower for rows in ties), wanted]),
-        ubg=np.concatenate([*(p.rows_upper for p in programs), *(rows.upper for rows in ties), np.full(size, np.inf)]),
+        lbg=rows_lower,
+        ubg=rows_upper,
     )
+    reached = np.asarray(result["g"]).ravel()
+    violation = float(np.max(np.maximum(rows_lower - reached, reached - rows_upper), initial=0.0))
     unknowns = np.asarray(result["x"]).ravel()
     found = [
         program.unpack(unknowns[start:end], [point])[0]
         for program, point, start, end in zip(programs, points, starts, starts[1:], strict=False)
     ]
     status = STATUS.get(str(solver.stats()["return_status"]), SolveStatus.FAILED)
-    return CoupledSolve(status, tuple(found), float(unknowns[-1]))
+    return CoupledSolve(status, tuple(found), float(unknowns[-1]), violation)
 
 
 def _arm_program(cell: Cell, index: int, point: ArmPoint) -> Program:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from optimizer.clearance import PathClearance
 from optimizer.coupled.program import solve_coupled
 from optimizer.coupled.rows import Look, look
 from optimizer.coupled.scene import LIMITS, Scene
+from optimizer.measure import place
 from optimizer.program import ArmPoint
 
 ROUNDS = 25
@@ -32,6 +33,8 @@ CUSHION = 1e-4
 """m asked for beyond the required distance, for what the linear rows leave out."""
 DIPS = 5
 """How often a path that dips between its samples is sent back with more cushion."""
+FARTHER, SINGULAR = 2.0, 5e-3
+"""Factor on the smallest conditioning of an arm that loses its way, and what is asked for at least."""
 PRICE = 100.0
 """Cost of a metre or radian of violation, per pose and unit of weight."""
 
@@ -68,15 +71,16 @@ def refine(scene: Scene, start: Sequence[ArmPoint], deadline: float, known: Sequ
         known: layouts reached from other starts; one that the way leads to is the answer, without going all of it.
     """
     cushions = dict.fromkeys(PairClass, CUSHION)
+    asked = scene
     best: Refined | None = None
     points, rounds = tuple(start), 0
     for _ in range(DIPS + 1):
-        here, used = _descend(scene, look(scene, points, cushions), cushions, deadline, known)
+        here, used = _descend(asked, look(scene, points, cushions), cushions, deadline, known)
         rounds += used
         for other in known:
             if nearby(here.points, other.points, SAME_BASIN):
                 return other
-        if here.lack > CUSHION or not here.followed:
+        if here.lack > CUSHION:
             break
         clearance = scene.certify(here.points)
         lack = max(scene.tie_lack(here.points), scene.floor_lack(here.points))
@@ -87,8 +91,21 @@ def refine(scene: Scene, start: Sequence[ArmPoint], deadline: float, known: Sequ
         for found in clearance.classes:
             if not found.clear:
                 cushions[found.kind] += 1.2 * (found.required - found.distance) + CUSHION
+        asked = _away_from_singularities(asked, clearance, here.points)
         points = here.points
     return best or Refined(here.points, here.objective, here.lack, False, None, rounds)
+
+
+def _away_from_singularities(scene: Scene, clearance: PathClearance, points: Sequence[ArmPoint]) -> Scene:
+    """The scene with arms that lose their way between two poses kept farther from singularities, where ways are lost."""
+    lost = {one.arm for one in clearance.breaks}
+    arms = []
+    for arm, point in zip(scene.cell.arms, points, strict=True):
+        if arm.name in lost:
+            now = place(arm, point).minimum_conditioning
+            arm = replace(arm, min_conditioning=max(FARTHER * now, SINGULAR, arm.min_conditioning or 0.0))
+        arms.append(arm)
+    return replace(scene, cell=replace(scene.cell, arms=tuple(arms)))
 
 
 def nearby(points: Sequence[ArmPoint], others: Sequence[ArmPoint], distance: float) -> bool:
@@ -114,7 +131,7 @@ def _descend(
         if radius < SMALLEST_RADIUS or time.perf_counter() > deadline or _stuck(here, merits):
             return here, round_
         result = solve_coupled(scene.cell, here.points, here.rows, radius, price, deadline)
-        if not result.status.has_point:
+        if not result.accurate:
             radius *= 0.3
             continue
         there = look(scene, result.points, cushions)

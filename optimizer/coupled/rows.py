@@ -142,7 +142,7 @@ class _Builder:
         slopes = contact_gradients(model, places, at, contacts, bases)
         values = np.array([contact.distance for contact in contacts])
         wanted = scene.required[pairs] + np.array([cushions.get(contact.kind, 0.0) for contact in contacts])
-        self._add(at, slopes.bases.reshape(len(at), -1), slopes.joints, values, wanted)
+        self._add(at, slopes.bases.reshape(len(at), BASE * len(bases)), slopes.joints, values, wanted)
 
     def add_limits(self) -> None:
         """Rows of joints that are near their limits between two poses; at the poses their bounds hold anyway."""

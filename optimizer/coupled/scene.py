@@ -10,7 +10,7 @@ import numpy as np
 from models.arm import Arm
 from models.arrays import Bools, Floats
 from models.cell import Cell
-from models.collision import CollisionModel
+from models.collision import CollisionModel, Configurations
 from models.coupling import Rows
 from models.floor import Footprint
 from models.surroundings import PairClass
@@ -83,22 +83,30 @@ class Scene:
         bases = [(*point.position, point.yaw) for point in points]
         return max((tie_violation(coupling.rows(bases)) for coupling in self.cell.couplings), default=0.0)
 
-    def contact_lack(self, bases: Floats, joints: Sequence[Floats], objects: Floats) -> float:
-        """Largest shortfall [m] of a distance in some configurations; where none falls short, some number <= 0.
+    def contact_lacks(self, layouts: Sequence[Sequence[ArmPoint]]) -> Floats:
+        """(L,) m, largest shortfall of a distance at the poses of each layout; 0 where none falls short."""
+        model, m = self.model, len(self.cell.task)
+        lacks: Floats = np.zeros(len(layouts))
+        if model is None or not len(layouts):
+            return lacks
+        bases = np.stack([self.bases(points) for points in layouts])
+        joints = [np.stack([points[a].joints for points in layouts]) for a in range(len(self.cell.arms))]
+        places = model.configure_layouts(bases, joints, self.cell.task.poses)
+        spare = (model.bounds(places, self.movable) - self.required).reshape(len(layouts), m, -1)
+        for layout in np.flatnonzero(np.min(spare, axis=(1, 2), initial=np.inf) < 0.0):
+            here = np.where(model.counted(bases[layout]), spare[layout], np.inf)
+            lacks[layout] = self._worst(model, places, int(layout) * m, here)
+        return lacks
 
-        Args:
-            bases: (A, 4, 4) in the world. joints: per arm (K, n) rad. objects: (K, 4, 4) in the world.
-        """
-        if self.model is None:
-            return 0.0
-        places = self.model.configure(bases, joints, objects)
-        spare = self.model.bounds(places, self.movable) - self.required
+    def _worst(self, model: CollisionModel, places: Configurations, first: int, spare: Floats) -> float:
+        """Largest shortfall from lower bounds (m, P) of what pairs have to spare; ``first`` is the place of row 0."""
         least = 0.0
         for index in np.argsort(spare, axis=None, kind="stable"):
             if spare.flat[index] >= least:
                 break
-            k, pair = (int(i) for i in np.unravel_index(index, spare.shape))
-            least = min(least, self.model.contact(places, k, pair).distance - float(self.required[pair]))
+            k, pair = np.unravel_index(index, spare.shape)
+            distance = float(model.distances(places, np.array([first + k]), np.array([pair]))[0])
+            least = min(least, distance - float(self.required[pair]))
         return -least
 
     def certify(self, points: Sequence[ArmPoint]) -> PathClearance | None:

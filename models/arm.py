@@ -90,6 +90,7 @@ class Arm:
         robot: the kinematic chain.
         tool: (4, 4) tool centre point (TCP) in the flange frame.
         grasp: (4, 4) TCP in the object frame, T_C^H of the source.
+        grasps: (jobs, 4, 4) the same for each job of the task, or None where ``grasp`` holds for all of them.
         base: where the base may stand.
         lower: (n,) rad limits in force; ``-inf`` for a joint without end. upper: (n,) likewise.
         reference: (n,) rad, q* of the objective (8.21).
@@ -111,11 +112,14 @@ class Arm:
     posture: Posture = Posture()
     min_conditioning: float | None = None
     mount: Floats = field(default_factory=lambda: np.eye(3))
+    grasps: Floats | None = None
 
     def __post_init__(self) -> None:
         n = self.robot.dof
         set_frozen(self, "tool", self.tool, (4, 4))
         set_frozen(self, "grasp", self.grasp, (4, 4))
+        if self.grasps is not None:
+            set_frozen(self, "grasps", self.grasps, (None, 4, 4))
         set_frozen(self, "mount", self.mount, (3, 3))
         for name in ("lower", "upper", "reference", "weights"):
             set_frozen(self, name, getattr(self, name), (n,))

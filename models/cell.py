@@ -1,9 +1,11 @@
-"""A cell: one task and the arms that carry it out together."""
+"""A cell: one task, or a family of jobs, and the arms that carry it out together."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import pi
+
+import numpy as np
 
 from models.arm import Arm
 from models.arrays import Floats
@@ -36,12 +38,29 @@ class Cell:
     surroundings: Surroundings = field(default_factory=Surroundings)
     couplings: tuple[Coupling, ...] = ()
 
+    def __post_init__(self) -> None:
+        for arm in self.arms:
+            if arm.grasps is not None and len(arm.grasps) != len(self.task.starts):
+                raise ValueError(f"{arm.name} has {len(arm.grasps)} grasps for {len(self.task.starts)} jobs")
+
     @property
     def coupled(self) -> bool:
         """True if anything but the arms' own task and region decides where they may stand."""
         return bool(self.couplings) or self.surroundings.floor is not None or self.surroundings.clearances.any
 
+    def grasps(self, arm: Arm) -> Floats:
+        """(m, 4, 4) TCP of ``arm`` in the object frame at every pose."""
+        if arm.grasps is not None:
+            grasps: Floats = arm.grasps[self.task.job_of]
+            return grasps
+        return np.broadcast_to(arm.grasp, self.task.poses.shape)
+
     def flange_targets(self, arm: Arm) -> Floats:
         """(m, 4, 4) poses in the world that the flange of ``arm`` has to take: T_W^C T_C^H (T_flange^tcp)^-1."""
-        targets: Floats = self.task.poses @ arm.grasp @ inverse(arm.tool)
+        targets: Floats = self.task.poses @ self.grasps(arm) @ inverse(arm.tool)
         return targets
+
+    def alone(self, job: int) -> Cell:
+        """The same cell with one job of the task only."""
+        arms = [arm if arm.grasps is None else replace(arm, grasp=arm.grasps[job], grasps=None) for arm in self.arms]
+        return replace(self, task=self.task.alone(job), arms=tuple(arms))

@@ -9,7 +9,7 @@ import numpy as np
 
 from models.arm import Arm
 from models.arrays import Bools, Floats, Ints, set_frozen
-from models.collision_bodies import CellBodies, Owner, collect, frame_offsets
+from models.collision_bodies import EVERY, CellBodies, Owner, collect, frame_offsets
 from models.link_frames import link_frames
 from models.pair_bounds import PairBounds
 from models.pose import transform
@@ -59,11 +59,13 @@ class Configurations:
         frames: (K, F, 4, 4) in the world: world, object, then the links of each arm.
         ends: (K, B, 2, 3) m, segments of the bounding capsules in the world.
         counted: (P,) pairs that count: not what an arm is bolted to.
+        jobs: (K,) number of the job of the task that each configuration belongs to.
     """
 
     frames: Floats
     ends: Floats
     counted: Bools
+    jobs: Ints
 
     def __len__(self) -> int:
         return len(self.frames)
@@ -86,6 +88,7 @@ class CollisionModel:
         b = self.bodies
         self._bounds = PairBounds(b)
         self.exact_bounds: Bools = self._bounds.exact
+        self._of_jobs = bool(np.any(b.jobs != EVERY))
         self._mounts = np.flatnonzero(b.mounts)
         self._mount_arms = np.array([b.owners[i].arm for i in b.first[self._mounts]])
         self._last: tuple[bytes, Bools] = b"", np.ones(len(b.first), dtype=np.bool_)  # of the last bases
@@ -98,28 +101,34 @@ class CollisionModel:
         """Classes with at least one pair."""
         return tuple(self._of_kind)
 
-    def configure(self, bases: Floats, joints: Sequence[Floats], objects: Floats) -> Configurations:
+    def configure(
+        self, bases: Floats, joints: Sequence[Floats], objects: Floats, jobs: Ints | None = None
+    ) -> Configurations:
         """Place everything.
 
         Args:
             bases: (A, 4, 4) base of each arm in the world.
             joints: per arm (K, n) rad.
             objects: (K, 4, 4) object frame in the world.
+            jobs: (K,) numbers of the jobs; the first one by default.
         """
         frames: Floats = np.empty((len(objects), self.offsets[-1], 4, 4))
         frames[:, 0] = np.eye(4)
         frames[:, 1] = objects
         for arm, base, q, start in zip(self.arms, bases, joints, self.offsets[:-1], strict=True):
             np.matmul(base, link_frames(arm.robot, q), out=frames[:, start : start + arm.dof + 1])
-        return Configurations(frames, self._ends(frames), self.counted(bases))
+        of_job = np.zeros(len(objects), dtype=np.int64) if jobs is None else jobs
+        return Configurations(frames, self._ends(frames), self.counted(bases), of_job)
 
-    def configure_layouts(self, bases: Floats, joints: Sequence[Floats], objects: Floats) -> Configurations:
+    def configure_layouts(
+        self, bases: Floats, joints: Sequence[Floats], objects: Floats, jobs: Ints
+    ) -> Configurations:
         """Place everything for many layouts of one task at once.
 
         Args:
             bases: (L, A, 4, 4) base of each arm in the world.
             joints: per arm (L, m, n) rad.
-            objects: (m, 4, 4) object frame in the world.
+            objects: (m, 4, 4) object frame in the world. jobs: (m,) the job that each belongs to.
 
         Returns:
             L · m configurations, layout after layout; which pairs count differs between layouts and is left to the
@@ -132,7 +141,7 @@ class CollisionModel:
         for a, (arm, q, start) in enumerate(zip(self.arms, joints, self.offsets[:-1], strict=True)):
             links = link_frames(arm.robot, q.reshape(many * m, arm.dof))
             np.matmul(np.repeat(bases[:, a], m, axis=0)[:, None], links, out=frames[:, start : start + arm.dof + 1])
-        return Configurations(frames, self._ends(frames), np.ones(len(self.bodies.first), dtype=np.bool_))
+        return Configurations(frames, self._ends(frames), np.ones(len(self.bodies.first), dtype=np.bool_), np.tile(jobs, many))
 
     def _ends(self, frames: Floats) -> Floats:
         own = frames[:, self.bodies.frames]
@@ -149,7 +158,10 @@ class CollisionModel:
             pairs: (P,) those of interest; the others get infinity.
         """
         wanted = configurations.counted if pairs is None else configurations.counted & pairs
-        return self._bounds(configurations.frames, configurations.ends, wanted)
+        result = self._bounds(configurations.frames, configurations.ends, wanted)
+        if self._of_jobs:
+            result[(self.bodies.jobs != EVERY) & (self.bodies.jobs != configurations.jobs[:, None])] = np.inf
+        return result
 
     def distances(self, configurations: Configurations, k: Ints, pairs: Ints) -> Floats:
         """(q,) m, signed distances of pairs (q,) in configurations k (q,): in closed form if there is one, by Coal."""
@@ -210,15 +222,18 @@ class CollisionModel:
                 best = k, contact
         return best
 
-    def contacts(self, bases: Floats, joints: Sequence[Floats], object_in_world: Floats) -> dict[PairClass, Contact]:
+    def contacts(
+        self, bases: Floats, joints: Sequence[Floats], object_in_world: Floats, job: int = 0
+    ) -> dict[PairClass, Contact]:
         """The closest pair of every class for one configuration.
 
         Args:
             bases: (A, 4, 4) base of each arm in the world.
             joints: per arm (n,) rad.
             object_in_world: (4, 4).
+            job: number of the job.
         """
-        here = self.configure(bases, [q[None] for q in joints], object_in_world[None])
+        here = self.configure(bases, [q[None] for q in joints], object_in_world[None], np.array([job]))
         bounds = self.bounds(here)
         found = {kind: self.closest(here, kind, bounds) for kind in self._of_kind}
         return {kind: entry[1] for kind, entry in found.items() if entry is not None}
@@ -229,9 +244,10 @@ class CollisionModel:
         joints: Sequence[Floats],
         object_in_world: Floats,
         within: Mapping[PairClass, float],
+        job: int = 0,
     ) -> list[Contact]:
         """All pairs nearer than a distance [m] given per class, closest first; arguments as for `contacts`."""
-        here = self.configure(bases, [q[None] for q in joints], object_in_world[None])
+        here = self.configure(bases, [q[None] for q in joints], object_in_world[None], np.array([job]))
         limits = np.array([within.get(kind, -np.inf) for kind in self.bodies.kinds])
         candidates = np.flatnonzero(self.bounds(here)[0] < limits)
         found = [self.contact(here, 0, int(pair)) for pair in candidates]

@@ -14,7 +14,7 @@ from models.bounding import Bounding, bounding
 from models.grasp_zone import outside_zones
 from models.self_pairs import self_pairs
 from models.shapes import Body, HalfSpace
-from models.surroundings import PairClass, Surroundings
+from models.surroundings import PairClass, Part, Surroundings
 
 
 class Owner(NamedTuple):
@@ -33,6 +33,8 @@ class Owner(NamedTuple):
 
 WORLD = Owner(None, None)
 OBJECT = Owner(None, None, part=True)
+EVERY = -1
+"""In place of a job's number."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +55,8 @@ class CellBodies:
         first: (P,) index of a pair's first body, never flat. second: (P,) likewise, may be flat.
         kinds: (P) classes of the pairs.
         mounts: (P,) True where the second body may be what the first body's arm is bolted to.
+        jobs: (P,) the job of the task in which a pair counts, -1 for all jobs. The part without its grasp zones is
+            another one in each job if some arm's grasp is.
     """
 
     names: tuple[str, ...]
@@ -69,6 +73,7 @@ class CellBodies:
     second: Ints
     kinds: tuple[PairClass, ...]
     mounts: Bools
+    jobs: Ints
 
 
 def frame_offsets(arms: Sequence[Arm]) -> list[int]:
@@ -101,14 +106,26 @@ def collect(arms: Sequence[Arm], surroundings: Surroundings) -> CellBodies:
     for obstacle in surroundings.obstacles:
         add("obstacle", 0, obstacle.name, WORLD, obstacle)
     if surroundings.part is not None:
-        grasps = np.array([arm.grasp[:3, 3] for arm in arms]).reshape(-1, 3)
         for body in surroundings.part.bodies:
             add("part", 0, body.name, OBJECT, body)
-        for body in outside_zones(surroundings.part.bodies, grasps, surroundings.part.grasp_zone):
-            add("piece", 0, body.name, OBJECT, body)
+        for job, grasps in _grasps(arms, surroundings.part):
+            for body in outside_zones(surroundings.part.bodies, grasps, surroundings.part.grasp_zone):
+                add("piece", job, body.name, OBJECT, body)
     bounds = [None if isinstance(body.shape, HalfSpace) else bounding(body.shape) for _, _, body in entries]
     pairs = _pairs(arms, surroundings, entries, groups, bounds)
-    return _arrays(arms, entries, bounds, pairs)
+    job_of = {i: job for (group, job), members in groups.items() if group == "piece" for i in members}
+    return _arrays(arms, entries, bounds, pairs, [job_of.get(j, EVERY) for _, _, j in pairs])
+
+
+def _grasps(arms: Sequence[Arm], part: Part) -> list[tuple[int, Floats]]:
+    """Jobs with the (a, 3) m grasp points of all arms; one entry for all jobs where they have the same."""
+    jobs = max((len(arm.grasps) for arm in arms if arm.grasps is not None), default=0)
+    if not jobs or part.grasp_zone == 0.0:
+        return [(EVERY, np.array([arm.grasp[:3, 3] for arm in arms]).reshape(-1, 3))]
+    return [
+        (job, np.array([(arm.grasp if arm.grasps is None else arm.grasps[job])[:3, 3] for arm in arms]))
+        for job in range(jobs)
+    ]
 
 
 def _pairs(
@@ -121,7 +138,8 @@ def _pairs(
     """Pairs of the classes asked for."""
     asked = {kind for kind in PairClass if surroundings.clearances.required(kind) is not None}
     of_arm = [groups.get(("arm", a), []) for a in range(len(arms))]
-    obstacles, part, pieces = (groups.get((group, 0), []) for group in ("obstacle", "part", "piece"))
+    obstacles, part = (groups.get((group, 0), []) for group in ("obstacle", "part"))
+    pieces = [j for (group, _), members in groups.items() if group == "piece" for j in members]
     pairs: list[tuple[PairClass, int, int]] = []
     for a, arm in enumerate(arms):
         own = of_arm[a]
@@ -151,6 +169,7 @@ def _arrays(
     entries: list[tuple[str, Owner, Body]],
     bounds: list[Bounding | None],
     pairs: list[tuple[PairClass, int, int]],
+    jobs: list[int],
 ) -> CellBodies:
     """Everything as arrays; half-spaces get zeros where they have nothing."""
     offsets = frame_offsets(arms)
@@ -184,4 +203,5 @@ def _arrays(
         second=np.array([j for _, _, j in pairs], dtype=np.int64),
         kinds=tuple(kind for kind, _, _ in pairs),
         mounts=np.array(mounts, dtype=np.bool_),
+        jobs=np.array(jobs, dtype=np.int64),
     )

@@ -5,14 +5,15 @@ Pointers of the errors are relative to the object that holds the parameters (``/
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import asin, atan2, isfinite, pi, sin
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models.arrays import Floats, set_frozen
+from models.arrays import Bools, Floats, Ints, set_frozen
 from models.errors import InvalidRotation, InvalidTask
+from models.jobs import joined, slices
 from models.pose import HALF_TURN_TOLERANCE, interpolate_rotations, rotation_about, transform
 
 LENGTH_TOLERANCE = 1e-6
@@ -26,17 +27,61 @@ FARTHEST = 1e6
 class Task:
     """Poses of the object frame C in the world, in the order in which they are passed.
 
+    A task may be a family of jobs that one layout has to serve. Between the last pose of a job and the first of the
+    next nothing is continuous: there is no way of the object, no limit on joint steps, and joints may take other turns.
+
     Attributes:
-        poses: (m, 4, 4) T_W^C.
+        poses: (m, 4, 4) T_W^C, job after job.
+        starts: index of the first pose of each job, the first one 0.
+        names: of the jobs; () for jobs without names.
+        weights: (m,) >= 0, what each pose counts for in the objective; where it is 0 the pose only has to be possible.
+            Empty for 1 everywhere.
     """
 
     poses: Floats
+    starts: tuple[int, ...] = (0,)
+    names: tuple[str, ...] = ()
+    weights: Floats = field(default_factory=lambda: np.empty(0))
 
     def __post_init__(self) -> None:
         set_frozen(self, "poses", self.poses, (None, 4, 4))
+        m = len(self.poses)
+        set_frozen(self, "weights", self.weights if len(self.weights) else np.ones(m), (m,))
+        object.__setattr__(self, "names", self.names or ("",) * len(self.starts))
+        if self.starts[:1] != (0,) or any(a >= b for a, b in zip(self.starts, (*self.starts[1:], m), strict=True)):
+            raise ValueError(f"jobs of {m} poses cannot start at {self.starts}")
+        if len(self.names) != len(self.starts):
+            raise ValueError(f"{len(self.starts)} jobs, {len(self.names)} names")
 
     def __len__(self) -> int:
         return len(self.poses)
+
+    @property
+    def jobs(self) -> tuple[slice, ...]:
+        """The poses of each job."""
+        return slices(self.starts, len(self.poses))
+
+    @property
+    def job_of(self) -> Ints:
+        """(m,) number of the job that each pose belongs to."""
+        numbers: Ints = np.searchsorted(self.starts, np.arange(len(self.poses)), side="right") - 1
+        return numbers
+
+    @property
+    def joined(self) -> Bools:
+        """(m - 1,) True where the next pose is one of the same job."""
+        return joined(self.starts, len(self.poses))
+
+    @property
+    def weight_scale(self) -> float:
+        """Mean of the weights that are not zero (1 without any): what a cost is to be measured against."""
+        positive = self.weights[self.weights > 0.0]
+        return float(np.mean(positive)) if len(positive) else 1.0
+
+    def alone(self, job: int) -> Task:
+        """One job as a task of its own."""
+        some = self.jobs[job]
+        return Task(self.poses[some], names=(self.names[job],), weights=self.weights[some])
 
 
 def task_from_poses(poses: ArrayLike) -> Task:

@@ -86,6 +86,23 @@ class Placement:
 
 
 @dataclass(frozen=True, slots=True)
+class JobShare:
+    """One job of the task.
+
+    Attributes:
+        name: label given by the user. first_pose: index. poses: how many.
+        weight: largest weight of its poses.
+        objective: its part of E over all arms; None where an arm has no placement.
+    """
+
+    name: str
+    first_pose: int
+    poses: int
+    weight: float
+    objective: float | None
+
+
+@dataclass(frozen=True, slots=True)
 class Search:
     """What the search did: evidence where no proof is possible.
 
@@ -107,7 +124,7 @@ class Verification:
     """Numbers by Pinocchio, which did not produce the answer.
 
     Attributes:
-        max_position_error: m. max_orientation_error: rad. max_joint_step: rad between consecutive poses.
+        max_position_error: m. max_orientation_error: rad. max_joint_step: rad between consecutive poses of a job.
         limits_respected: every joint inside its limits to 1e-9 and every base inside its region.
     """
 
@@ -231,6 +248,7 @@ class Layout:
         alternatives: other layouts, best first, if asked for.
         tolerance: what installation errors leave, if asked for.
         explanation: what blocks an infeasible cell, if asked for.
+        jobs: of the task, in order; one for a plain task.
     """
 
     outcome: Outcome
@@ -246,3 +264,4 @@ class Layout:
     alternatives: tuple[Alternative, ...] = ()
     tolerance: Tolerance | None = None
     explanation: Explanation | None = None
+    jobs: tuple[JobShare, ...] = ()

@@ -17,6 +17,7 @@ from models.cell import Cell
 from models.chain import chain_of
 from models.kinematics import characteristic_length
 from models.screws import conditioning_of
+from optimizer.measure import largest_step
 from optimizer.pose_rows import BASE
 from optimizer.program import ArmPoint, Cuts, build_program
 from optimizer.solve import Solve, solve_program
@@ -47,7 +48,7 @@ def solve_locally(cell: Cell, arm: Arm, start: ArmPoint, deadline: float) -> Sol
     keep = start.signs is not None
     result = _solve(cell, arm, start, deadline, keep_shoulder=keep)
     steps = False
-    if result.status.has_point and _largest_step(result.points[0]) > cell.max_joint_step:
+    if result.status.has_point and largest_step(cell.task, result.points[0].joints) > cell.max_joint_step:
         steps = True
         result = _solve(cell, arm, start, deadline, keep_shoulder=keep, steps=True)
     if result.status.has_point and arm.min_conditioning is not None:
@@ -80,10 +81,6 @@ def _solve(
             program, lower=np.maximum(program.lower, here - reach), upper=np.minimum(program.upper, here + reach)
         )
     return solve_program(program, [start], max(deadline - time.perf_counter(), 0.05))
-
-
-def _largest_step(point: ArmPoint) -> float:
-    return float(np.max(np.abs(np.diff(point.joints, axis=0)), initial=0.0))
 
 
 def _keep_conditioning(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -14,7 +14,8 @@ from models.closed_form import ClosedForm, closed_form
 from models.kinematics import characteristic_length, conditioning
 from models.links import provenance
 from models.posture import name_signs
-from optimizer.layout import Placement
+from models.task import Task
+from optimizer.layout import JobShare, Placement
 from optimizer.program import ArmPoint
 
 
@@ -24,9 +25,27 @@ def joint_margins(arm: Arm, joints: Floats) -> Floats:
     return margins
 
 
-def objective_of(arm: Arm, joints: Floats) -> float:
+def largest_step(task: Task, joints: Floats) -> float:
+    """rad, largest change of any joint (m, n) between consecutive poses of a job."""
+    return float(np.max(np.abs(np.diff(joints, axis=0)[task.joined]), initial=0.0))
+
+
+def objective_of(task: Task, arm: Arm, joints: Floats) -> float:
     """E (8.21) of one arm from joint values (m, n) rad."""
-    return float(np.sum(arm.weights * (joints - arm.reference) ** 2))
+    return float(np.sum(task.weights[:, None] * (arm.weights * (joints - arm.reference) ** 2)))
+
+
+def jobs_of(cell: Cell, placements: Sequence[Placement]) -> tuple[JobShare, ...]:
+    """What each job of the task contributes; without objective where an arm has no placement."""
+    arms = {arm.name: arm for arm in cell.arms}
+    complete = len(placements) == len(arms)
+    shares = []
+    for index, job in enumerate(cell.task.jobs):
+        task = cell.task.alone(index)
+        costs = [objective_of(task, arms[found.arm], found.joints[job]) for found in placements]
+        weight = float(np.max(task.weights))
+        shares.append(JobShare(task.names[0], job.start, len(task), weight, sum(costs) if complete else None))
+    return tuple(shares)
 
 
 def path_signs(form: ClosedForm, joints: Floats) -> tuple[int, int, int]:
@@ -36,8 +55,8 @@ def path_signs(form: ClosedForm, joints: Floats) -> tuple[int, int, int]:
     return shoulder, elbow, wrist
 
 
-def place(arm: Arm, point: ArmPoint) -> Placement:
-    """All figures of one arm at a point."""
+def placed(cell: Cell, arm: Arm, point: ArmPoint) -> Placement:
+    """All figures of one arm of a cell at a point."""
     form = closed_form(arm.robot)
     length = characteristic_length(arm.robot)
     margins = joint_margins(arm, point.joints)
@@ -47,19 +66,15 @@ def place(arm: Arm, point: ArmPoint) -> Placement:
         yaw=arm.base.yaw_in_interval(point.yaw),
         joints=point.joints,
         posture=None if form is None else name_signs(point.signs or path_signs(form, point.joints)),
-        objective=objective_of(arm, point.joints),
+        objective=objective_of(cell.task, arm, point.joints),
         joint_margins=margins,
         minimum_margin=float(np.min(margins)),
         minimum_conditioning=float(np.min(conditioning(arm.robot, arm.tool, point.joints, length))),
         characteristic_length=length,
         singularity_distances={} if form is None else _singularity_distances(form, point.joints),
         mount=arm.mount,
+        geometry=provenance(cell.surroundings.links(arm)),
     )
-
-
-def placed(cell: Cell, arm: Arm, point: ArmPoint) -> Placement:
-    """All figures of one arm at a point, and where the shape of its links comes from."""
-    return replace(place(arm, point), geometry=provenance(cell.surroundings.links(arm)))
 
 
 def _singularity_distances(form: ClosedForm, joints: Floats) -> dict[str, float]:

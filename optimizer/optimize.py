@@ -10,7 +10,7 @@ from models.cell import Cell
 from optimizer.coupled.layout import coupled_layout
 from optimizer.coupled.search import CoupledSearch, search_coupled
 from optimizer.layout import Certificate, Layout, Outcome, Placement, Reason, Search
-from optimizer.measure import placed
+from optimizer.measure import jobs_of, placed
 from optimizer.penalty import run_baseline
 from optimizer.prove import prove
 from optimizer.search import ArmSearch, search_arm
@@ -94,4 +94,5 @@ def _layout(cell: Cell, searches: list[ArmSearch], certificate: Certificate | No
         ),
         verification=summarise(checks) if checks else None,
         certificate=certificate,
+        jobs=jobs_of(cell, placements),
     )

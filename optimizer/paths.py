@@ -1,6 +1,8 @@
 """From joint angles modulo 2π to a path: unwrapping, the best 2π lifts, the best yaw.
 
-All functions take paths with the poses on the last axis and any number of axes before it.
+All functions take paths with the poses on the last axis and any number of axes before it. Where a path consists of
+several jobs (`starts`: index of the first pose of each), every job is unwrapped and lifted by itself; the yaw is the
+same for all of them. ``weights`` (m,) are what the poses count for, None for 1.
 """
 
 from __future__ import annotations
@@ -9,17 +11,26 @@ import numpy as np
 
 from models.arm import TURN, BaseRegion
 from models.arrays import Floats
+from optimizer.common_yaw import JobShifts
+
+Starts = tuple[int, ...]
+ONE: Starts = (0,)
+"""A path of one job."""
 
 
-def unwrap(joints: Floats) -> tuple[Floats, Floats]:
+def unwrap(joints: Floats, starts: Starts = ONE) -> tuple[Floats, Floats]:
     """Take every step the short way round, in place.
 
     Args:
         joints: (..., m) rad modulo 2π.
+        starts: of the jobs.
 
     Returns:
-        The same array, continuous, and the largest step (...) rad, at most π.
+        The same array, continuous within each job, and the largest step there (...) rad, at most π.
     """
+    if len(starts) > 1:
+        largest = [unwrap(part)[1] for part in _jobs(joints, starts)]
+        return joints, np.max(largest, axis=0)
     steps = np.diff(joints, axis=-1)
     turns = np.round(steps / TURN)
     steps -= TURN * turns
@@ -27,15 +38,27 @@ def unwrap(joints: Floats) -> tuple[Floats, Floats]:
     return joints, np.max(np.abs(steps), axis=-1, initial=0.0)
 
 
-def lift(path: Floats, lower: float, upper: float, reference: float) -> Floats:
+def lift(
+    path: Floats,
+    lower: float,
+    upper: float,
+    reference: float,
+    weights: Floats | None = None,
+    starts: Starts = ONE,
+) -> Floats:
     """Shift each path (..., m) in place by the 2π multiple that costs least inside the limits.
 
     The cost is a convex quadratic of the shift, so the nearest allowed multiple to its minimiser is the best one.
 
     Returns:
-        (...) rad, what sticks out of the limits.
+        (...) rad, what sticks out of the limits, added over the jobs.
     """
-    wanted = np.round((reference - np.mean(path, axis=-1)) / TURN)
+    if len(starts) > 1:
+        shares = _shares(weights, starts)
+        parts = zip(_jobs(path, starts), shares, strict=True)
+        total: Floats = np.sum([lift(part, lower, upper, reference, share) for part, share in parts], axis=0)
+        return total
+    wanted = np.round((reference - mean(path, weights)) / TURN)
     if not np.isfinite(upper - lower):
         path += TURN * wanted[..., None]
         return np.zeros(path.shape[:-1])
@@ -50,7 +73,14 @@ def lift(path: Floats, lower: float, upper: float, reference: float) -> Floats:
 
 
 def choose_yaw(
-    path: Floats, lower: float, upper: float, reference: float, region: BaseRegion, sigma: int
+    path: Floats,
+    lower: float,
+    upper: float,
+    reference: float,
+    region: BaseRegion,
+    sigma: int,
+    weights: Floats | None = None,
+    starts: Starts = ONE,
 ) -> tuple[Floats, Floats]:
     """Shift the path of joint 1 in place by the best base yaw and 2π lift.
 
@@ -62,12 +92,15 @@ def choose_yaw(
         reference: rad, of joint 1.
         region: allowed yaw.
         sigma: sense of joint 1 about the vertical, ±1.
+        weights: of the poses. starts: of the jobs.
 
     Returns:
         yaw (...) in the allowed interval, and (...) rad, what sticks out of the limits.
     """
+    if len(starts) > 1:
+        return _choose_common_yaw(path, (lower, upper, reference), region, sigma, weights, starts)
     first = path[..., 0].copy()
-    wanted = reference - np.mean(path, axis=-1)
+    wanted = reference - mean(path, weights)
     low, high = lower - np.min(path, axis=-1), upper - np.max(path, axis=-1)
     with np.errstate(invalid="ignore"):  # limits of a joint without end
         shift = np.where(low <= high, np.clip(wanted, low, high), 0.5 * (low + high))
@@ -78,6 +111,58 @@ def choose_yaw(
     beyond = np.maximum(low - shift, 0.0) + np.maximum(shift - high, 0.0)
     yaw = -sigma * (path[..., 0] - first)
     return region.yaw.low + _modulo(yaw - region.yaw.low, region.yaw.width), beyond
+
+
+def _choose_common_yaw(
+    path: Floats,
+    joint: tuple[float, float, float],
+    region: BaseRegion,
+    sigma: int,
+    weights: Floats | None,
+    starts: Starts,
+) -> tuple[Floats, Floats]:
+    """As `choose_yaw` for several jobs: one yaw, a lift for each job."""
+    lower, upper, reference = joint
+    parts, shares = _jobs(path, starts), _shares(weights, starts)
+    shifts = JobShifts(
+        wanted=np.array([reference - mean(part, share) for part, share in zip(parts, shares, strict=True)]),
+        weights=np.array([part.shape[-1] if s is None else np.sum(s) for part, s in zip(parts, shares, strict=True)]),
+        low=np.array([lower - np.min(part, axis=-1) for part in parts]),
+        high=np.array([upper - np.max(part, axis=-1) for part in parts]),
+        start=np.asarray(0.0 if region.yaw_free else min(-sigma * region.yaw.low, -sigma * region.yaw.high)),
+        width=TURN if region.yaw_free else region.yaw.width,
+    )
+    best = shifts.best()
+    impossible = np.isinf(best.cost)
+    if np.any(impossible):
+        nearest = shifts.nearest()
+        shift = np.where(impossible, nearest.yaw_shift, best.yaw_shift)
+        turns = np.where(impossible, nearest.turns, best.turns)
+    else:
+        shift, turns = best.yaw_shift, best.turns
+    total = shift + TURN * turns
+    for part, own in zip(parts, total, strict=True):
+        part += own[..., None]
+    beyond = np.sum(np.maximum(shifts.low - total, 0.0) + np.maximum(total - shifts.high, 0.0), axis=0)
+    yaw = region.yaw.low + _modulo(-sigma * shift - region.yaw.low, region.yaw.width)
+    return yaw, np.where(impossible, beyond, 0.0)
+
+
+def mean(path: Floats, weights: Floats | None) -> Floats:
+    """(...) mean over the poses; weights that are all 0 count as 1."""
+    if weights is None or not np.any(weights):
+        return np.asarray(np.mean(path, axis=-1))
+    return np.asarray(path @ weights / np.sum(weights))
+
+
+def _jobs(path: Floats, starts: Starts) -> list[Floats]:
+    """Views of the jobs (..., m_b) of a path (..., m)."""
+    return np.split(path, starts[1:], axis=-1)
+
+
+def _shares(weights: Floats | None, starts: Starts) -> list[Floats] | list[None]:
+    """The weights of each job's poses."""
+    return [None] * len(starts) if weights is None else np.split(weights, starts[1:])
 
 
 def _nearest_allowed(shift: Floats, low: Floats, high: Floats, start: float, width: float) -> Floats:

@@ -5,12 +5,13 @@ of poses and the kinds of rows alone, so it is compiled once and shared; a `Prog
 
 Unknowns, arm after arm: base (x, y, z, yaw), then the joints pose by pose.
 Rows, arm after arm: pose rows of every pose (`pose_rows`), then, where asked for, joint steps and conditioning cuts.
+Steps from one job of a family to the next have rows without bounds.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -58,7 +59,7 @@ class Program:
     Attributes:
         arms: the arms in it.
         structure: compiled symbols: unknowns, rows and derivatives.
-        parameters: (p,) targets, weights, references and cuts.
+        parameters: (p,) per arm: targets, weights of the joints, reference, weights of the poses, cuts.
         lower: (N,) bounds of the unknowns. upper: (N,).
         rows_lower: (M,) bounds of the rows. rows_upper: (M,).
         max_joint_step: rad.
@@ -128,7 +129,7 @@ def build_program(
     poses = len(cell.task)
     mounts = tuple(tuple(float(x) for x in arm.mount.ravel()) for arm in arms)
     structure = structure_of(tuple(arm.robot for arm in arms), mounts, poses, keep_shoulder, steps, cuts is not None)
-    scale = float(np.mean([arm.weight_scale for arm in arms]))
+    scale = float(np.mean([arm.weight_scale for arm in arms])) * cell.task.weight_scale
     parts = [_arm_numbers(cell, arm, point, structure, scale) for arm, point in zip(arms, points, strict=True)]
     numbers = [part.parameters for part in parts]
     rows_lower, rows_upper = [], []
@@ -136,9 +137,9 @@ def build_program(
         rows_lower.append(part.rows_lower)
         rows_upper.append(part.rows_upper)
         if steps:
-            size = (poses - 1) * arms[index].dof
-            rows_lower.append(np.full(size, -cell.max_joint_step))
-            rows_upper.append(np.full(size, cell.max_joint_step))
+            most = np.repeat(np.where(cell.task.joined, cell.max_joint_step, np.inf), arms[index].dof)
+            rows_lower.append(-most)
+            rows_upper.append(most)
         if cuts is not None:
             numbers[index] = np.concatenate([numbers[index], cuts[index].gradients.ravel()])
             rows_lower.append(cuts[index].bounds)
@@ -168,7 +169,10 @@ class _ArmNumbers:
 def _arm_numbers(cell: Cell, arm: Arm, point: ArmPoint, structure: Structure, scale: float) -> _ArmNumbers:
     """Parameters, bounds and row bounds of one arm."""
     poses = structure.poses
-    low, high = joint_bounds(arm, point)
+    jobs = cell.task.jobs
+    sides = [joint_bounds(arm, replace(point, joints=point.joints[job])) for job in jobs]
+    lengths = [job.stop - job.start for job in jobs]
+    low, high = (np.repeat([side[end] for side in sides], lengths, axis=0).ravel() for end in (0, 1))
     base = arm.base.bounds.copy()
     if arm.base.yaw_free:
         base[3] = -np.inf, np.inf  # the reported yaw is brought back into the interval afterwards
@@ -178,10 +182,10 @@ def _arm_numbers(cell: Cell, arm: Arm, point: ArmPoint, structure: Structure, sc
         rows_high[:, 6] = np.inf if point.signs[0] > 0 else 0.0
     return _ArmNumbers(
         parameters=np.concatenate(
-            [target_numbers(cell.flange_targets(arm)).T.ravel(), arm.weights / scale, arm.reference]
+            [target_numbers(cell.flange_targets(arm)).T.ravel(), arm.weights / scale, arm.reference, cell.task.weights]
         ),
-        lower=np.concatenate([base[:, 0], np.tile(low, poses)]),
-        upper=np.concatenate([base[:, 1], np.tile(high, poses)]),
+        lower=np.concatenate([base[:, 0], low]),
+        upper=np.concatenate([base[:, 1], high]),
         rows_lower=rows_low.ravel(),
         rows_upper=rows_high.ravel(),
     )
@@ -191,7 +195,7 @@ def joint_bounds(arm: Arm, point: ArmPoint) -> tuple[Floats, Floats]:
     """Limits in force, narrowed so that elbow and wrist keep their side; both (n,) rad.
 
     A side of the elbow is half a turn of joint 3, a side of the wrist half a turn of joint 5; which half turn is the
-    one the start lies in.
+    one the start lies in. ``point`` is a path of one job: others may be on other turns.
     """
     low, high = arm.lower.copy(), arm.upper.copy()
     form = closed_form(arm.robot)

@@ -18,6 +18,7 @@ from models.branches import Branches, solve_branches, solve_signed
 from models.cell import Cell
 from models.chain import chain_of
 from models.closed_form import ClosedForm, closed_form
+from models.jobs import slices
 from models.kinematics import characteristic_length
 from models.pose import rotation_angle
 from models.posture import ALL_SIGNS
@@ -41,6 +42,8 @@ class ReducedProblem:
         postures: (8,) True for branches the request admits.
         penalty: cost per pose of a metre or radian of violation, in units of the mean weight, in scores: what is nearly
             allowed may be repaired by the local solver, so it competes with what is allowed.
+        starts: index of the first pose of each job of a family.
+        weights: (m,) what the poses count for in the objective; None for 1.
     """
 
     arm: Arm
@@ -51,28 +54,56 @@ class ReducedProblem:
     max_step: float
     postures: Bools
     penalty: float = 8.0
+    starts: tuple[int, ...] = (0,)
+    weights: Floats | None = None
+
+    @property
+    def jobs(self) -> tuple[slice, ...]:
+        """The poses of each job."""
+        return slices(self.starts, len(self.positions))
+
+    @property
+    def total_weight(self) -> float:
+        """What all poses count for together; their number if that is 0."""
+        total = len(self.positions) if self.weights is None else float(np.sum(self.weights))
+        return total or len(self.positions)
 
     def sampled(self, count: int) -> ReducedProblem:
         """The same problem on about ``count`` poses, first and last included; itself if it has no more than that.
 
         Poses are taken evenly along the way; a way with much turning keeps more of them, so that the path between
-        two of them can still be unwrapped.
+        two of them can still be unwrapped. Of a family, every job gives a share of its poses.
         """
         m = len(self.positions)
         if m <= count:
             return self
-        turned = rotation_angle(np.swapaxes(self.rotations[:-1], 1, 2) @ self.rotations[1:])
-        moved = np.linalg.norm(np.diff(self.positions, axis=0), axis=1)
-        way = np.concatenate([[0.0], np.cumsum(turned + moved)])
-        count = max(count, int(np.ceil(way[-1] / LONGEST_GAP)) + 1)
-        if m <= count or way[-1] == 0.0:
-            return self if way[-1] > 0.0 else self.only(np.array([0, m - 1]))
-        keep = np.unique(np.searchsorted(way, np.linspace(0.0, way[-1], count)))
-        return self.only(np.minimum(keep, m - 1))
+        keep = [
+            job.start + _along(self.rotations[job], self.positions[job], -(-count * (job.stop - job.start) // m))
+            for job in self.jobs
+        ]
+        chosen = np.concatenate(keep)
+        return self if len(chosen) == m else self.only(chosen)
 
     def only(self, keep: Ints) -> ReducedProblem:
-        """The problem of some of the poses (their indices); steps between them are not limited."""
-        return replace(self, rotations=self.rotations[keep], positions=self.positions[keep], max_step=np.inf)
+        """The problem of some of the poses (their indices); steps between them are not limited.
+
+        They stand for all poses of their jobs, so that the jobs keep their shares of the objective.
+        """
+        job_of = np.searchsorted(self.starts, keep, side="right") - 1
+        firsts = np.flatnonzero(np.diff(job_of, prepend=-1))
+        problem = replace(
+            self,
+            rotations=self.rotations[keep],
+            positions=self.positions[keep],
+            max_step=np.inf,
+            starts=tuple(int(first) for first in firsts),
+        )
+        if self.weights is None and len(firsts) == 1:
+            return problem
+        weights = np.ones(len(self.positions)) if self.weights is None else self.weights
+        totals = np.add.reduceat(weights, self.starts)[job_of[firsts]]
+        counts = np.diff(np.append(firsts, len(keep)))
+        return replace(problem, weights=np.repeat(totals / counts, counts))
 
     def stricter(self, factor: float) -> ReducedProblem:
         """The same problem with violations scored ``factor`` times as dear; infinite for feasibility alone."""
@@ -82,7 +113,7 @@ class ReducedProblem:
 
     def score(self, objective: Floats, violation: Floats) -> Floats:
         """Objective with what is violated made dear; any equal shapes."""
-        score: Floats = objective + self.penalty * self.arm.weight_scale * len(self.positions) * violation
+        score: Floats = objective + self.penalty * self.arm.weight_scale * self.total_weight * violation
         return score
 
 
@@ -120,7 +151,32 @@ def reduced_problem(cell: Cell, arm: Arm) -> ReducedProblem | None:
     targets = cell.flange_targets(arm)
     postures = np.array([arm.posture.admits(signs) for signs in ALL_SIGNS])
     rotations = arm.mount.T @ targets[:, :3, :3]
-    return ReducedProblem(arm, form, sigma, rotations, targets[:, :3, 3], cell.max_joint_step, postures)
+    return ReducedProblem(
+        arm,
+        form,
+        sigma,
+        rotations,
+        targets[:, :3, 3],
+        cell.max_joint_step,
+        postures,
+        starts=cell.task.starts,
+        weights=None if np.all(cell.task.weights == 1.0) else cell.task.weights,
+    )
+
+
+def _along(rotations: Floats, positions: Floats, count: int) -> Ints:
+    """Indices of about ``count`` poses of a job, evenly along the way, the ends included."""
+    m = len(positions)
+    turned = rotation_angle(np.swapaxes(rotations[:-1], 1, 2) @ rotations[1:])
+    moved = np.linalg.norm(np.diff(positions, axis=0), axis=1)
+    way = np.concatenate([[0.0], np.cumsum(turned + moved)])
+    count = max(count, int(np.ceil(way[-1] / LONGEST_GAP)) + 1, 2)
+    if m <= count and way[-1] > 0.0:
+        return np.arange(m)
+    if way[-1] == 0.0:
+        return np.unique([0, m - 1])
+    keep = np.unique(np.searchsorted(way, np.linspace(0.0, way[-1], count)))
+    return np.minimum(keep, m - 1)
 
 
 def evaluate(problem: ReducedProblem, positions: Floats) -> Paths:
@@ -167,12 +223,14 @@ def conditioning_shortfall(problem: ReducedProblem, joints: Floats) -> Floats:
 
 def _paths(problem: ReducedProblem, branches: Branches) -> Paths:
     arm = problem.arm
-    joints, step = unwrap(branches.joints)
+    jobs = problem.weights, problem.starts
+    joints, step = unwrap(branches.joints, problem.starts)
     beyond = np.zeros(step.shape[1:])
     for i in range(1, 6):
-        beyond += lift(joints[i], arm.lower[i], arm.upper[i], arm.reference[i])
-    yaw, out = choose_yaw(joints[0], arm.lower[0], arm.upper[0], arm.reference[0], arm.base, problem.sigma)
+        beyond += lift(joints[i], arm.lower[i], arm.upper[i], arm.reference[i], *jobs)
+    yaw, out = choose_yaw(joints[0], arm.lower[0], arm.upper[0], arm.reference[0], arm.base, problem.sigma, *jobs)
     error = joints - arm.reference[:, None, None, None]
-    objective = np.einsum("i,ikNm,ikNm->kN", arm.weights, error, error, optimize=False)
+    weighted = error if problem.weights is None else error * problem.weights
+    objective = np.einsum("i,ikNm,ikNm->kN", arm.weights, error, weighted, optimize=False)
     jump = np.maximum(np.max(step, axis=0) - problem.max_step, 0.0)
     return Paths(joints, yaw, objective, np.sum(branches.missing, axis=-1), beyond + out, jump)

@@ -68,16 +68,18 @@ class Walk:
         self.motion = Motion(model)
         self.path = ObjectPath(cell.task.poses)
         count = len(cell.task)
-        self.step: Ints = np.minimum(np.arange(count), count - 2)
-        self.fraction: Floats = (np.arange(count) == count - 1).astype(np.float64)
+        last = np.arange(count) == (count - 1 if cell.task.joined[-1:].any() else count)
+        self.step: Ints = np.arange(count) - last
+        self.fraction: Floats = last.astype(np.float64)
         self.joints = [np.array(q, dtype=np.float64) for q in joints]
-        self.places = model.configure(bases, self.joints, cell.task.poses)
+        self.jobs: Ints = cell.task.job_of
+        self.places = model.configure(bases, self.joints, cell.task.poses, self.jobs)
         self.gaps: Floats = model.bounds(self.places)
         self.exact: Bools = np.tile(model.exact_bounds, (count, 1))
         self.levers = self.motion.levers(self.places)
-        self.left: Ints = np.arange(count - 1)
-        self.right: Ints = np.arange(1, count)
-        self.open: Bools = np.tile(self.places.counted, (count - 1, 1))
+        self.left: Ints = np.flatnonzero(cell.task.joined)  # from one job to the next there is no way
+        self.right: Ints = self.left + 1
+        self.open: Bools = np.tile(self.places.counted, (len(self.left), 1))
         self.least: Floats = np.full(len(self.required), np.inf)
         self.breaks: list[tuple[str, int, float]] = []
         self.limits_certain = True
@@ -111,7 +113,7 @@ class Walk:
         objects = self.path.at(step, fraction)
         followed, good = [], np.ones(len(step), dtype=np.bool_)
         for arm, base, q in zip(self.cell.arms, self.bases, self.joints, strict=True):
-            flanges = objects @ arm.grasp @ inverse(arm.tool)
+            flanges = objects @ self.cell.grasps(arm)[step] @ inverse(arm.tool)
             found, arrived = follow(arm.robot, base, flanges, q[self.left], q[self.right])
             followed.append(found)
             lost = good & ~arrived
@@ -120,7 +122,8 @@ class Walk:
         self.left, self.right, self.open = self.left[good], self.right[good], self.open[good]
         first = len(self.step)
         self.joints = [np.concatenate([q, found[good]]) for q, found in zip(self.joints, followed, strict=True)]
-        places = self.model.configure(self.bases, [found[good] for found in followed], objects[good])
+        jobs = self.jobs[step[good]]
+        places = self.model.configure(self.bases, [found[good] for found in followed], objects[good], jobs)
         asked = np.any(self.open, axis=0)
         self.gaps = np.concatenate([self.gaps, self.model.bounds(places, asked)])
         self.exact = np.concatenate([self.exact, np.tile(self.model.exact_bounds, (len(places), 1))])
@@ -129,6 +132,7 @@ class Walk:
             np.concatenate([self.places.frames, places.frames]),
             np.concatenate([self.places.ends, places.ends]),
             self.places.counted,
+            np.concatenate([self.places.jobs, jobs]),
         )
         self.step = np.concatenate([self.step, step[good]])
         self.fraction = np.concatenate([self.fraction, fraction[good]])

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 
 import casadi as ca
 import numpy as np
@@ -112,18 +113,20 @@ class _ArmPart:
         self.compiled: PoseRows = pose_rows(robot, keep_shoulder, mount)
         self.with_steps, self.with_cuts = steps, cuts
         self.unknowns = BASE + poses * self.n
-        self.parameters = TARGET * poses + 2 * self.n + (poses * self.n if cuts else 0)
+        self.parameters = (TARGET + 1) * poses + 2 * self.n + (poses * self.n if cuts else 0)
         self.rows = self.compiled.size * poses + (self.n * (poses - 1) if steps else 0) + (poses if cuts else 0)
 
     def state(self, x: ca.MX, p: ca.MX, lam: ca.MX, lam_objective: ca.MX) -> None:
         """Fill the symbolic results for unknowns, parameters and multipliers of this arm."""
         m, n, size = self.poses, self.n, self.compiled.size
         targets = ca.reshape(p[: TARGET * m], TARGET, m)
-        weights, reference = p[TARGET * m : TARGET * m + n], p[TARGET * m + n : TARGET * m + 2 * n]
+        at = TARGET * m + np.array([0, n, 2 * n, 2 * n + m])
+        weights, reference, counts = (p[int(a) : int(b)] for a, b in pairwise(at))  # (n,), (n,), (m,)
+        weights = weights @ counts.T  # (n, m)
         joints = ca.reshape(x[BASE:], n, m)
         base = ca.repmat(x[:BASE], 1, m)
         error = joints - ca.repmat(reference, 1, m)
-        weighted = ca.repmat(weights, 1, m) * error
+        weighted = weights * error
         self.objective = ca.dot(weighted, error)
         self.gradient = ca.vertcat(ca.MX.zeros(BASE), 2.0 * ca.vec(weighted))
         values = [ca.vec(self.compiled.value.map(m)(base, joints, targets))]
@@ -132,14 +135,14 @@ class _ArmPart:
             values.append(ca.vec(joints[:, 1:] - joints[:, :-1]))
             blocks.append(_steps_jacobian(m, n))
         if self.with_cuts:
-            slopes = ca.reshape(p[TARGET * m + 2 * n :], n, m)
+            slopes = ca.reshape(p[int(at[-1]) :], n, m)
             values.append(ca.sum1(slopes * joints).T)
             blocks.append(_cuts_jacobian(slopes, m, n))
         self.row_values = ca.vertcat(*values)
         self.jacobian = ca.vertcat(*blocks)
         pose_multipliers = ca.reshape(lam[: size * m], size, m)
         curvature = self.compiled.hessian.map(m)(base, joints, targets, pose_multipliers)
-        self.hessian = self._hessian(curvature, 2.0 * lam_objective * ca.repmat(weights, m, 1))
+        self.hessian = self._hessian(curvature, 2.0 * lam_objective * ca.vec(weights))
 
     def _pose_jacobian(self, blocks: ca.MX) -> ca.MX:
         """Sparse (size·m, unknowns) from the dense blocks (size·(4 + n), m) of the poses."""

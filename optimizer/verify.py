@@ -14,6 +14,7 @@ from models.closed_form import closed_form
 from models.kinematics import characteristic_length, conditioning, flange_poses
 from models.pose import rotation_angle
 from optimizer.layout import Verification
+from optimizer.measure import largest_step
 from optimizer.program import ArmPoint
 
 POSITION = 1e-6
@@ -31,7 +32,7 @@ class ArmCheck:
     """Independent figures of one arm at a point; see `optimizer.layout.Verification`.
 
     Attributes:
-        position_error: m. orientation_error: rad. joint_step: rad.
+        position_error: m. orientation_error: rad. joint_step: rad, within a job.
         limits: largest excess over joint limits and base region, rad or m, <= 0 if none.
         posture: largest distance on the wrong side of a singular set, <= 0 if none.
         conditioning: by how much σmin/σmax falls short of what the request asks for, <= 0 if it does not.
@@ -69,7 +70,7 @@ def check(cell: Cell, arm: Arm, point: ArmPoint) -> ArmCheck:
     """
     base_in_world = arm.base_in_world(point.position, point.yaw)
     reached = base_in_world @ flange_poses(arm.robot, point.joints) @ arm.tool
-    wanted = cell.task.poses @ arm.grasp
+    wanted = cell.task.poses @ cell.grasps(arm)
     turned = np.swapaxes(wanted[:, :3, :3], 1, 2) @ reached[:, :3, :3]
     joints = np.max(np.maximum(arm.lower - point.joints, point.joints - arm.upper))
     region = arm.base.bounds
@@ -78,7 +79,7 @@ def check(cell: Cell, arm: Arm, point: ArmPoint) -> ArmCheck:
     return ArmCheck(
         position_error=float(np.max(np.linalg.norm(reached[:, :3, 3] - wanted[:, :3, 3], axis=1))),
         orientation_error=float(np.max(rotation_angle(turned))),
-        joint_step=float(np.max(np.abs(np.diff(point.joints, axis=0)), initial=0.0)),
+        joint_step=largest_step(cell.task, point.joints),
         limits=float(max(joints, base)),
         posture=_wrong_side(arm, point),
         conditioning=_shortfall(arm, point.joints),

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 from models.cell import Cell
-from models.links import link_bodies, provenance
 from optimizer.coupled.report import alternatives, clearances_of, explain, placements_of
 from optimizer.coupled.scene import Scene
 from optimizer.coupled.search import CoupledSearch
-from optimizer.layout import Certificate, Layout, Outcome, Placement
+from optimizer.layout import Certificate, Layout, Outcome
 from optimizer.prove import relative_gap
 from optimizer.verify import check, summarise
 
@@ -41,7 +40,7 @@ def coupled_layout(cell: Cell, alone: Layout, search: CoupledSearch, most_altern
         alone,
         outcome=outcome,
         objective=None if search.best is None else search.best.objective,
-        placements=tuple(_with_geometry(cell, placement) for placement in placements),
+        placements=placements,
         reasons=reasons,
         proved=search.proved or (certificate is not None and certificate.proved and search.best is not None),
         search=replace(
@@ -63,10 +62,3 @@ def _against(certificate: Certificate, search: CoupledSearch) -> Certificate:
         return replace(certificate, gap=None, proved=False)
     gap = relative_gap(search.best.objective, certificate.lower_bound)
     return replace(certificate, gap=gap, proved=gap <= certificate.wanted)
-
-
-def _with_geometry(cell: Cell, placement: Placement) -> Placement:
-    """The placement with where the shape of its arm's links comes from."""
-    arm = next(arm for arm in cell.arms if arm.name == placement.arm)
-    links = cell.surroundings.of(arm.name).links
-    return replace(placement, geometry=provenance(link_bodies(arm.robot) if links is None else links))

@@ -10,7 +10,7 @@ from optimizer.coupled.refine import Refined
 from optimizer.coupled.scene import LIMITS, Scene
 from optimizer.findings import Alternative, Clearance
 from optimizer.layout import Placement, Reason
-from optimizer.measure import place
+from optimizer.measure import placed
 
 NOTICEABLE = 0.05
 """Relative gain of a figure that is worth a word."""
@@ -18,7 +18,7 @@ NOTICEABLE = 0.05
 
 def placements_of(cell: Cell, refined: Refined) -> tuple[Placement, ...]:
     """One placement per arm."""
-    return tuple(place(arm, point) for arm, point in zip(cell.arms, refined.points, strict=True))
+    return tuple(placed(cell, arm, point) for arm, point in zip(cell.arms, refined.points, strict=True))
 
 
 def clearances_of(refined: Refined) -> tuple[Clearance, ...]:

@@ -12,7 +12,7 @@ from models.branches import signs_of
 from models.closed_form import closed_form
 from optimizer import local
 from optimizer.local import solve_locally
-from optimizer.measure import place
+from optimizer.measure import placed
 from optimizer.optimize import optimize
 from optimizer.program import ArmPoint
 from optimizer.solve import SolveStatus
@@ -74,12 +74,12 @@ def test_conditioning_that_is_asked_for_holds_and_costs_no_more_than_needed(name
     task, start = started(name, seed)
     arm = replace(task.arm, reference=0.5 * (task.arm.lower + task.arm.upper))
     free = solved(task.cell, arm, start)
-    before, witness = (place(arm, p).minimum_conditioning for p in (free.points[0], start))
+    before, witness = (placed(task.cell, arm, p).minimum_conditioning for p in (free.points[0], start))
     asked = replace(arm, min_conditioning=0.5 * (before + witness))
     assert before < asked.min_conditioning < witness
     held = solved(task.cell, asked, start)
     assert check(task.cell, asked, held.points[0]).usable
-    reached = place(asked, held.points[0]).minimum_conditioning
+    reached = placed(task.cell, asked, held.points[0]).minimum_conditioning
     assert reached >= asked.min_conditioning - 1e-9
     assert reached == pytest.approx(asked.min_conditioning, rel=1e-3)  # the constraint is active
     assert free.objective < held.objective < float(np.sum(arm.weights * (start.joints - arm.reference) ** 2))

@@ -40,6 +40,7 @@ def numbers(structure, rng):
         turns = [rotation_from_rpy(rpy) for rpy in rng.uniform(-1.0, 1.0, (m, 3))]
         targets = transform(np.array(turns), rng.uniform(-1.0, 1.0, (m, 3)))
         parts += [target_numbers(targets).T.ravel(), rng.uniform(0.0, 5.0, n), rng.uniform(-1.0, 1.0, n)]
+        parts.append(rng.choice([0.0, 1.0, 2.5], m))
         if structure.cuts:
             parts.append(rng.normal(size=m * n))
     p = np.concatenate(parts)
@@ -116,8 +117,9 @@ def test_objective_is_the_sum_over_arms_poses_and_joints():
         m, n = structure.poses, robot.dof
         joints = at[i + 4 : i + 4 + m * n].reshape(m, n)
         weights, reference = params[j + TARGET * m :][:n], params[j + TARGET * m + n :][:n]
-        total += np.sum(weights * (joints - reference) ** 2)
-        i, j = i + 4 + m * n, j + TARGET * m + 2 * n + m * n
+        counts = params[j + TARGET * m + 2 * n :][:m]
+        total += np.sum(counts[:, None] * weights * (joints - reference) ** 2)
+        i, j = i + 4 + m * n, j + TARGET * m + 2 * n + m + m * n
     assert float(structure.gradient(at, params)[0]) == pytest.approx(total, rel=1e-13)
 
 

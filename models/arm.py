@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import pi
 
 import numpy as np
@@ -143,6 +143,10 @@ class Arm:
     def base_in_world(self, position: Floats, yaw: Floats | float) -> Floats:
         """(..., 4, 4) base frame in the world from base origins (..., 3) [m] and yaws (...) [rad]."""
         return transform(self.mount @ rotation_z(yaw), position)
+
+    def in_job(self, job: int) -> Arm:
+        """The same arm for one job of the task by itself."""
+        return self if self.grasps is None else replace(self, grasp=self.grasps[job], grasps=None)
 
     def __repr__(self) -> str:
         return f"Arm({self.name!r}, {self.robot.name!r})"

@@ -62,5 +62,4 @@ class Cell:
 
     def alone(self, job: int) -> Cell:
         """The same cell with one job of the task only."""
-        arms = [arm if arm.grasps is None else replace(arm, grasp=arm.grasps[job], grasps=None) for arm in self.arms]
-        return replace(self, task=self.task.alone(job), arms=tuple(arms))
+        return replace(self, task=self.task.alone(job), arms=tuple(arm.in_job(job) for arm in self.arms))

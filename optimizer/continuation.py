@@ -3,6 +3,9 @@
 Every seed is a base, drawn from the search box, and a posture, drawn from the limits. Newton's method takes the
 posture to the middle pose of the task, and on from pose to pose to both ends; a redundant arm's spare freedom is
 drawn towards the reference on the way. All seeds move together, so a hundred paths cost little more than one.
+
+From one job of a family to the next there is no way to follow: Newton's method starts anew at the middle of the job,
+from the posture it had in the job before, or else from the reference or another draw.
 """
 
 from __future__ import annotations
@@ -23,6 +26,7 @@ from optimizer.layers import LayeredPath, finish_path
 
 FIRST_ITERATIONS = 20
 NEXT_ITERATIONS = 8
+FAR_ITERATIONS = 30
 REACHED = 1e-6
 """m and rad; the local solver does the rest."""
 PULL = 0.3
@@ -47,21 +51,30 @@ def continue_paths(
         places = np.repeat(places, count, axis=0)
     chain = chain_of(arm.robot)
     flange_in_world = cell.flange_targets(arm)
-    middle = len(flange_in_world) // 2
-    start, places = _settle(chain, arm, flange_in_world[middle], _postures(arm, count, seed), places, region)
+    jobs = cell.task.jobs
+    middles = [(job.start + job.stop) // 2 for job in jobs]
+    draws = _postures(arm, count, seed)
+    start, places = _settle(chain, arm, flange_in_world[middles[0]], draws, places, region)
     bases = arm.base_in_world(places[:, :3], places[:, 3])
     targets = np.einsum("kab,jbc->jkac", inverse(bases), flange_in_world)  # (m, K, 4, 4)
-    start, alive = _reach(chain, arm, targets[middle], start, NEXT_ITERATIONS)
     path = np.empty((len(targets), count, arm.dof))
-    path[middle] = start
-    for order in (range(middle + 1, len(targets)), range(middle - 1, -1, -1)):
-        q = start
-        for j in order:
-            if time.perf_counter() > deadline:
-                return []
-            q, reached = _reach(chain, arm, targets[j], q, NEXT_ITERATIONS)
-            path[j] = q
-            alive &= reached
+    alive: Bools = np.ones(count, dtype=np.bool_)
+    for job, middle in zip(jobs, middles, strict=True):
+        if job.start == 0:
+            start, reached = _reach(chain, arm, targets[middle], start, NEXT_ITERATIONS)
+        else:
+            tries = [start, np.broadcast_to(arm.reference, start.shape), draws]
+            start, reached = _reach_anew(chain, arm, targets[middle], tries)
+        alive &= reached
+        path[middle] = start
+        for order in (range(middle + 1, job.stop), range(middle - 1, job.start - 1, -1)):
+            q = start
+            for j in order:
+                if time.perf_counter() > deadline:
+                    return []
+                q, reached = _reach(chain, arm, targets[j], q, NEXT_ITERATIONS)
+                path[j] = q
+                alive &= reached
     return [
         finish_path(cell, arm, places[k, :3], float(places[k, 3]), path[:, k].T.copy()) for k in np.flatnonzero(alive)
     ]
@@ -96,6 +109,18 @@ def _postures(arm: Arm, count: int, seed: int) -> Floats:
     high = np.where(np.isfinite(arm.upper), arm.upper, np.pi)
     draws: Floats = low + (high - low) * even_points(arm.dof, count, seed + 1)
     return draws
+
+
+def _reach_anew(chain: Chain, arm: Arm, targets: Floats, tries: list[Floats]) -> tuple[Floats, Bools]:
+    """As `_reach` from far: the first of several starts (K, n) that arrives."""
+    found, arrived = _reach(chain, arm, targets, tries[0], FAR_ITERATIONS)
+    for start in tries[1:]:
+        if np.all(arrived):
+            break
+        q, reached = _reach(chain, arm, targets[~arrived], start[~arrived], FAR_ITERATIONS)
+        found[~arrived] = q
+        arrived[~arrived] = reached
+    return found, arrived
 
 
 def _reach(chain: Chain, arm: Arm, targets: Floats, q: Floats, iterations: int) -> tuple[Floats, Bools]:

@@ -80,7 +80,7 @@ def screen_general(cell: Cell, arm: Arm, box: Floats, seed: int, deadline: float
 
 def _best_places(cell: Cell, arm: Arm, region: Floats, seed: int, factor: int, deadline: float) -> Floats:
     """(k, 4) places spread over the region, best first by the cost of a few poses alone."""
-    poses = np.unique(np.linspace(0, len(cell.task) - 1, 3).round())
+    poses = np.concatenate([np.unique(np.linspace(job.start, job.stop - 1, 3).round()) for job in cell.task.jobs])
     skip_first = bool(chain_of(arm.robot).vertical_sign)
     places = spread(region, SCORED[int(np.sum(region[:, 1] > region[:, 0]))] * factor, seed)
     scores = np.full(len(places), np.inf)
@@ -107,6 +107,7 @@ def different(paths: list[LayeredPath]) -> list[LayeredPath]:
 def _score(cell: Cell, arm: Arm, place: Floats, poses: Floats, skip_first: bool) -> float:
     """Optimistic cost of a base: each pose in its best branch, whatever its neighbours do."""
     score = 0.0
-    for layer in layers_at(cell, arm, place[:3], float(place[3]), poses):
-        score += float(np.min(node_costs(arm, layer, skip_first))) if len(layer) else UNREACHED
+    weights = cell.task.weights[poses.astype(int)] / cell.task.weight_scale
+    for layer, weight in zip(layers_at(cell, arm, place[:3], float(place[3]), poses), weights, strict=True):
+        score += float(np.min(node_costs(arm, layer, skip_first, float(weight)))) if len(layer) else UNREACHED
     return score

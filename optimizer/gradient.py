@@ -42,6 +42,8 @@ class PostureFunction:
 
     def __init__(self, problem: ReducedProblem, signs: Signs) -> None:
         self.problem, self.signs = problem, signs
+        weights = problem.arm.weights
+        self._weights = weights if problem.weights is None else problem.weights[:, None] * weights
 
     def begin(self, placement: Floats) -> Followed | None:
         """The path at ``placement`` (4,) with the lifts that cost least inside the limits; None out of reach."""
@@ -58,25 +60,27 @@ class PostureFunction:
         if missing.any():
             return None
         joints[:, 0] -= self.problem.sigma * placement[3]
-        steps = np.diff(joints, axis=0)
-        joints[1:] -= TURN * np.cumsum(np.round(steps / TURN), axis=0)
-        # What the yaw does to joint 1 is known, so only the rest has to be small.
-        turned = joints - near.joints
-        turned[:, 0] += self.problem.sigma * (placement[3] - near.placement[3])
-        lifts = np.round(np.mean(turned, axis=0) / TURN)
-        if np.max(np.abs(turned - TURN * lifts)) > np.pi:
-            return None
-        joints = joints - TURN * lifts
+        for job in self.problem.jobs:
+            path = joints[job]
+            steps = np.diff(path, axis=0)
+            path[1:] -= TURN * np.cumsum(np.round(steps / TURN), axis=0)
+            # What the yaw does to joint 1 is known, so only the rest has to be small.
+            turned = path - near.joints[job]
+            turned[:, 0] += self.problem.sigma * (placement[3] - near.placement[3])
+            lifts = np.round(np.mean(turned, axis=0) / TURN)
+            if np.max(np.abs(turned - TURN * lifts)) > np.pi:
+                return None
+            path -= TURN * lifts
         return Followed(placement, joints, self._reach(placement, joints))
 
     def objective(self, path: Followed) -> float:
         """E of the arm (8.21)."""
         error = path.joints - self.problem.arm.reference
-        return float(np.sum(self.problem.arm.weights * error * error))
+        return float(np.sum(self._weights * error * error))
 
     def objective_slope(self, path: Followed) -> Floats:
         """(m, 6) ∂E/∂q."""
-        slope: Floats = 2.0 * self.problem.arm.weights * (path.joints - self.problem.arm.reference)
+        slope: Floats = 2.0 * self._weights * (path.joints - self.problem.arm.reference)
         return slope
 
     def pull_back(self, path: Followed, slope: Floats) -> Floats | None:

@@ -2,7 +2,8 @@
 
 Every pose has a layer of inverse-kinematics branches (for a redundant arm: of sampled ones). A path takes one branch
 per pose; consecutive ones must be within the allowed joint step. The cheapest path is found by dynamic programming
-over the layers, and then unwrapped, lifted and given its best yaw like any other (`optimizer.paths`).
+over the layers, and then unwrapped, lifted and given its best yaw like any other (`optimizer.paths`). The jobs of a
+family get a shortest path each, in one posture where the arm has postures.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ from models.chain import chain_of
 from models.closed_form import ClosedForm, closed_form
 from models.inverse import branches
 from models.pose import inverse
+from models.posture import ALL_SIGNS
+from optimizer.measure import objective_of
 from optimizer.paths import choose_yaw, lift, unwrap
 
 BEYOND = 100.0
@@ -60,13 +63,14 @@ def layers_at(cell: Cell, arm: Arm, position: Floats, yaw: float, poses: Floats 
     return [np.array([q for q in layer if arm.posture.admits(_signs(form, q))]).reshape(-1, arm.dof) for layer in found]
 
 
-def node_costs(arm: Arm, layer: Floats, skip_first: bool) -> Floats:
+def node_costs(arm: Arm, layer: Floats, skip_first: bool, weight: float = 1.0) -> Floats:
     """(K,) cheapest cost of each branch by itself, every joint in its best turn.
 
     Args:
         arm: limits, reference and weights.
         layer: (K, n) rad modulo 2π.
         skip_first: leave joint 1 out, because the base yaw will set it.
+        weight: of the pose.
     """
     values = layer + TURN * np.round((arm.reference - layer) / TURN)
     low = np.where(np.isfinite(arm.lower), arm.lower, -np.inf)
@@ -74,7 +78,7 @@ def node_costs(arm: Arm, layer: Floats, skip_first: bool) -> Floats:
     values = np.where(values < low, values + TURN * np.ceil(np.maximum(low - values, 0.0) / TURN), values)
     values = np.where(values > high, values - TURN * np.ceil(np.maximum(values - high, 0.0) / TURN), values)
     outside = np.maximum(low - values, 0.0) + np.maximum(values - high, 0.0)
-    cost = arm.weights * (values - arm.reference) ** 2 + BEYOND * outside
+    cost = weight * arm.weights * (values - arm.reference) ** 2 + BEYOND * outside
     total: Floats = np.sum(cost[:, 1:] if skip_first else cost, axis=1)
     return total
 
@@ -93,28 +97,31 @@ def best_path(cell: Cell, arm: Arm, position: Floats, yaw: float) -> LayeredPath
     unreached = tuple(j for j, layer in enumerate(layers) if not len(layer))
     if unreached:
         return LayeredPath(position, yaw, np.empty((0, arm.dof)), np.inf, np.inf, unreached)
-    costs = [node_costs(arm, layer, bool(sigma)) for layer in layers]
-    chosen = _shortest(layers, costs, cell.max_joint_step)
-    joints = np.array([layer[k] for layer, k in zip(layers, chosen, strict=True)]).T.copy()
+    weights = cell.task.weights / cell.task.weight_scale
+    costs = [node_costs(arm, layer, bool(sigma), float(w)) for layer, w in zip(layers, weights, strict=True)]
+    joints = _cheapest(cell, arm, layers, costs).T.copy()
     return finish_path(cell, arm, position, 0.0 if sigma else yaw, joints)
 
 
 def finish_path(cell: Cell, arm: Arm, position: Floats, yaw: float, joints: Floats) -> LayeredPath:
     """Unwrap joint values (n, m) found with the base at ``position`` and ``yaw``, lift them and choose the best yaw."""
     sigma = chain_of(arm.robot).vertical_sign
-    joints, step = unwrap(joints)
+    task = cell.task
+    jobs = task.weights, task.starts
+    joints, step = unwrap(joints, task.starts)
     violation = max(float(np.max(step)) - cell.max_joint_step, 0.0)
     for i in range(1 if sigma else 0, arm.dof):
-        violation += float(lift(joints[i], arm.lower[i], arm.upper[i], arm.reference[i]))
+        violation += float(lift(joints[i], arm.lower[i], arm.upper[i], arm.reference[i], *jobs))
     if sigma:
         joints[0] += sigma * yaw  # as if the yaw were zero
-        best, out = choose_yaw(joints[0], arm.lower[0], arm.upper[0], arm.reference[0], arm.base, sigma)
+        best, out = choose_yaw(joints[0], arm.lower[0], arm.upper[0], arm.reference[0], arm.base, sigma, *jobs)
         yaw, violation = float(best), violation + float(out)
     path = joints.T
-    objective = float(np.sum(arm.weights * (path - arm.reference) ** 2))
+    objective = objective_of(task, arm, path)
     form = closed_form(arm.robot)
-    signs = None if form is None else _signs(form, path[len(path) // 2])
-    if signs is not None and not arm.posture.admits(signs):
+    postures = [] if form is None else [_signs(form, path[(job.start + job.stop) // 2]) for job in task.jobs]
+    signs = postures[0] if postures else None
+    if signs is not None and not (arm.posture.admits(signs) and len(set(postures)) == 1):
         violation += EXCLUDED
     return LayeredPath(position, yaw, path, objective, violation, signs=signs)
 
@@ -125,8 +132,32 @@ def _signs(form: ClosedForm, q: Floats) -> tuple[int, int, int]:
     return shoulder, elbow, wrist
 
 
-def _shortest(layers: list[Floats], costs: list[Floats], max_step: float) -> list[int]:
-    """Index of the branch taken in each layer."""
+def _cheapest(cell: Cell, arm: Arm, layers: list[Floats], costs: list[Floats]) -> Floats:
+    """(m, n) the branches taken: a shortest path for each job, in one posture where there are several jobs."""
+    jobs, form = cell.task.jobs, closed_form(arm.robot)
+    ways = []
+    if form is not None and len(jobs) > 1:
+        signs = [[_signs(form, q) for q in layer] for layer in layers]
+        for posture in ALL_SIGNS:
+            own = [[k for k, other in enumerate(layer) if other == posture] for layer in signs]
+            if all(own):
+                some = [layer[k] for layer, k in zip(layers, own, strict=True)]
+                ways.append(_jobs(jobs, some, [c[k] for c, k in zip(costs, own, strict=True)], cell.max_joint_step))
+    return min(ways or [_jobs(jobs, layers, costs, cell.max_joint_step)], key=lambda way: way[0])[1]
+
+
+def _jobs(jobs: tuple[slice, ...], layers: list[Floats], costs: list[Floats], max_step: float) -> tuple[float, Floats]:
+    """The cost of a shortest path for each job by itself, and the branches (m, n) taken."""
+    total, taken = 0.0, []
+    for job in jobs:
+        cost, chosen = _shortest(layers[job], costs[job], max_step)
+        total += cost
+        taken += [layer[k] for layer, k in zip(layers[job], chosen, strict=True)]
+    return total, np.array(taken)
+
+
+def _shortest(layers: list[Floats], costs: list[Floats], max_step: float) -> tuple[float, list[int]]:
+    """Cost of the shortest path, and the index of the branch it takes in each layer."""
     total, back = costs[0], []
     for before, after, cost in zip(layers, layers[1:], costs[1:], strict=False):
         step = np.zeros((len(before), len(after)))
@@ -141,4 +172,4 @@ def _shortest(layers: list[Floats], costs: list[Floats], max_step: float) -> lis
     path = [int(np.argmin(total))]
     for best in reversed(back):
         path.append(int(best[path[-1]]))
-    return path[::-1]
+    return float(np.min(total)), path[::-1]

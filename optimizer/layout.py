@@ -25,8 +25,8 @@ class Reason:
 
     Attributes:
         arm: name of the arm.
-        kind: out_of_reach | joint_limit | joint_step | posture | conditioning | limit_reached | floor | coupling |
-            collision.
+        kind: out_of_reach | joint_limit | joint_step | posture | jobs | conditioning | limit_reached | floor |
+            coupling | collision.
         poses: indices of the poses concerned (0-based).
         joint: name of the joint concerned, or None.
         amount: by how much, in ``unit``; None where there is no number.

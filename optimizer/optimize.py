@@ -13,6 +13,7 @@ from optimizer.layout import Certificate, Layout, Outcome, Placement, Reason, Se
 from optimizer.measure import jobs_of, placed
 from optimizer.penalty import run_baseline
 from optimizer.prove import prove
+from optimizer.reasons import name_jobs
 from optimizer.search import ArmSearch, search_arm
 from optimizer.settings import Settings
 from optimizer.verify import check, summarise
@@ -73,7 +74,7 @@ def _layout(cell: Cell, searches: list[ArmSearch], certificate: Certificate | No
     checks = []
     reasons: list[Reason] = []
     for search in searches:
-        reasons.extend(search.reasons)
+        reasons.extend(name_jobs(cell.task, search.reasons))
         if search.best is not None:
             placements.append(placed(cell, search.arm, search.best))
             checks.append(check(cell, search.arm, search.best))

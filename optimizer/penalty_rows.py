@@ -9,6 +9,7 @@ import numpy as np
 
 from models.arm import Arm
 from models.arrays import Floats, Ints
+from models.jobs import joined
 from optimizer.conjugate_gradients import Point
 from optimizer.gradient import Followed, PostureFunction
 
@@ -82,19 +83,20 @@ class ConstrainedPosture:
     """One posture's E(Γ) with its constraints, over the free components of Γ.
 
     Rows, in this order: joints above their upper limits and below their lower ones (per pose, rad); joint steps beyond
-    the allowed one, up and down (rad; ours, the source has none); reach (m); base region (m, rad).
+    the allowed one, up and down (rad; ours, the source has none; within a job); reach (m); base region (m, rad).
     """
 
     def __init__(self, function: PostureFunction) -> None:
         self.function = function
         self.free = free_components(function.problem.arm)
         self._rows = _select(function.problem.arm)
+        self._before = np.flatnonzero(joined(function.problem.starts, len(function.problem.positions)))
 
     def rows(self, path: Followed) -> Floats:
         """(k,) all rows."""
         chosen = self._rows
         q = path.joints[:, chosen.limited]
-        steps = np.diff(path.joints, axis=0)
+        steps = np.diff(path.joints, axis=0)[self._before]
         allowed = self.function.problem.max_step
         place = path.placement[chosen.bounded]
         return np.concatenate(
@@ -116,14 +118,15 @@ class ConstrainedPosture:
             return None
         value, weights = penalised
         chosen, m = self._rows, len(path.joints)
-        k, s = len(chosen.limited), path.joints.shape[1]
-        sizes = np.cumsum([m * k, m * k, (m - 1) * s, (m - 1) * s, path.reach.values.size, len(chosen.bounded)])
+        k, s, before = len(chosen.limited), path.joints.shape[1], self._before
+        steps = len(before) * s
+        sizes = np.cumsum([m * k, m * k, steps, steps, path.reach.values.size, len(chosen.bounded)])
         upper, lower, up, down, reach, high, low = np.split(weights, sizes)
         slope = self.function.objective_slope(path)
         slope[:, chosen.limited] += (upper - lower).reshape(m, k)
-        net = (up - down).reshape(m - 1, s)
-        slope[1:] += net
-        slope[:-1] -= net
+        net = (up - down).reshape(-1, s)
+        slope[before + 1] += net
+        slope[before] -= net
         gradient = self.function.pull_back(path, slope)
         if gradient is None:
             return None

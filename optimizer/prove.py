@@ -72,7 +72,7 @@ def _prove_arm(cell: Cell, search: ArmSearch, settings: CertificateSettings) -> 
     proof = certify(search.problem, known, settings)
     if proof.infeasible:
         search.proved = True
-        search.reasons = explain_proof(search.arm, proof.obstacles) + search.reasons
+        search.reasons = explain_proof(cell, search.arm, proof.obstacles) + search.reasons
     elif proof.found is not None:
         _take_over(cell, search, search.problem, proof.found)
     return _certificate(search, proof, settings.gap)

@@ -13,7 +13,8 @@ from models.cell import Cell
 from models.chain import chain_of
 from models.kinematics import characteristic_length
 from models.screws import conditioning_of
-from optimizer.box import reach_windows
+from models.task import Task
+from optimizer.box import reach_windows, search_box
 from optimizer.layers import LayeredPath
 from optimizer.layout import Reason
 from optimizer.proof import Obstacle
@@ -24,12 +25,18 @@ MOST_POSES = 16
 """Poses of a long task that are looked at one by one."""
 
 
-def explain_reach(cell: Cell, arm: Arm) -> tuple[Reason, ...]:
-    """Reasons where no base of the region reaches every pose, whatever the joint limits; certain."""
+def explain_reach(cell: Cell, arm: Arm, first: int = 0) -> tuple[Reason, ...]:
+    """Reasons where no base of the region reaches every pose, whatever the joint limits; certain.
+
+    Args:
+        cell: the task.
+        arm: the arm.
+        first: number of the cell's first pose, for a job that is looked at by itself.
+    """
     windows = reach_windows(cell, arm)
     region = arm.base.bounds[:3]
     short = np.maximum(windows[:, :, 0] - region[:, 1], region[:, 0] - windows[:, :, 1])
-    alone = np.flatnonzero(np.max(short, axis=1) > 0.0)
+    alone = first + np.flatnonzero(np.max(short, axis=1) > 0.0)
     if len(alone):
         missing = float(np.max(short))
         return (
@@ -46,7 +53,7 @@ def explain_reach(cell: Cell, arm: Arm) -> tuple[Reason, ...]:
     low, high = np.max(windows[:, :, 0], axis=0), np.min(windows[:, :, 1], axis=0)
     low, high = np.maximum(low, region[:, 0]), np.minimum(high, region[:, 1])
     axis = int(np.argmax(low - high))
-    pair = (int(np.argmax(windows[:, axis, 0])), int(np.argmin(windows[:, axis, 1])))
+    pair = (first + int(np.argmax(windows[:, axis, 0])), first + int(np.argmin(windows[:, axis, 1])))
     missing = float((low - high)[axis])
     return (
         Reason(
@@ -62,14 +69,19 @@ def explain_reach(cell: Cell, arm: Arm) -> tuple[Reason, ...]:
 
 
 def explain_reduced(
-    cell: Cell, problem: ReducedProblem, box: Floats, candidates: list[Candidate], seed: int
+    cell: Cell, problem: ReducedProblem, box: Floats, candidates: list[Candidate], seed: int, first: int = 0
 ) -> tuple[Reason, ...]:
-    """Reasons for an arm with a reduced problem: poses that are impossible alone, else what the nearest path breaks."""
+    """Reasons for an arm with a reduced problem: poses that are impossible alone, else what the nearest path breaks.
+
+    A family is explained by the jobs that are impossible alone, else by that.
+    """
+    if len(problem.starts) > 1:
+        return explain_jobs(cell, problem.arm, seed)
     if problem.arm.min_conditioning is not None:
         blocked = _conditioning(cell, problem, box, seed)
         if blocked:
             return blocked
-    alone = _impossible_alone(problem, box, seed)
+    alone = _impossible_alone(problem, box, seed, first)
     if alone:
         return tuple(alone)
     if not candidates:
@@ -80,13 +92,41 @@ def explain_reduced(
     signs = np.array([nearest.signs])
     paths = evaluate_signed(problem, nearest.position[None, :], signs)
     seen = solve_signed(problem.form, problem.rotations, seen_from(problem, nearest.position[None]), signs)
-    reasons = explain_path(cell, problem.arm, paths.joints[:, 0, 0].T, seen.missing[0, 0])
+    reasons = explain_path(cell, problem.arm, paths.joints[:, 0, 0].T, seen.missing[0, 0], first=first)
     return reasons or (_no_posture(problem.arm),)
 
 
-def explain_proof(arm: Arm, obstacles: tuple[Obstacle, ...]) -> tuple[Reason, ...]:
-    """What a proof of infeasibility met, the three largest obstacles."""
-    reasons = []
+def explain_jobs(cell: Cell, arm: Arm, seed: int) -> tuple[Reason, ...]:
+    """Reasons for a family: those of the jobs for which no base is found even if the others are forgotten."""
+    reasons: list[Reason] = []
+    for index, job in enumerate(cell.task.jobs):
+        alone, own = cell.alone(index), arm.in_job(index)
+        problem, box = reduced_problem(alone, own), search_box(alone, own)
+        if np.any(box[:, 0] > box[:, 1]):
+            reasons += explain_reach(alone, own, job.start)
+        elif problem is not None:
+            seen = screen(problem, box, seed).candidates
+            if not any(candidate.violation == 0.0 for candidate in seen):
+                reasons += explain_reduced(alone, problem, box, seen, seed, job.start)
+    return tuple(reasons) or (_no_common_base(arm),)
+
+
+def name_jobs(task: Task, reasons: tuple[Reason, ...]) -> tuple[Reason, ...]:
+    """Reasons that say which jobs of a family their poses belong to; poses are counted through all jobs."""
+    if len(task.starts) == 1:
+        return reasons
+    named = []
+    for reason in reasons:
+        jobs = np.unique(task.job_of[list(reason.poses)])
+        words = ", ".join(task.names[job] or str(job) for job in jobs)
+        suffix = f" [job{'s' if len(jobs) > 1 else ''} {words}]" if len(jobs) else ""
+        named.append(replace(reason, detail=reason.detail + suffix))
+    return tuple(named)
+
+
+def explain_proof(cell: Cell, arm: Arm, obstacles: tuple[Obstacle, ...]) -> tuple[Reason, ...]:
+    """What a proof of infeasibility met, the three largest obstacles; of a family, first which jobs are to blame."""
+    reasons = list(explain_jobs(cell, arm, 0)) if len(cell.task.starts) > 1 else []
     for obstacle in obstacles[:3]:
         joint = None if obstacle.joint is None else arm.robot.joint_names[obstacle.joint]
         what = {
@@ -139,7 +179,7 @@ def _conditioning(cell: Cell, problem: ReducedProblem, box: Floats, seed: int) -
     return (Reason(arm.name, "conditioning", (), detail),)
 
 
-def _impossible_alone(problem: ReducedProblem, box: Floats, seed: int) -> list[Reason]:
+def _impossible_alone(problem: ReducedProblem, box: Floats, seed: int, first: int) -> list[Reason]:
     """One reason per kind for poses that no base found can take, even if the rest of the task is forgotten."""
     arm = problem.arm
     count = len(problem.positions)
@@ -152,7 +192,7 @@ def _impossible_alone(problem: ReducedProblem, box: Floats, seed: int) -> list[R
             continue
         nearest = min(candidates, key=lambda c: c.violation)
         missing = float(evaluate_signed(single, nearest.position[None], np.array([nearest.signs])).missing[0, 0])
-        (far if missing > 0.0 else stuck)[int(j)] = missing or nearest.violation
+        (far if missing > 0.0 else stuck)[first + int(j)] = missing or nearest.violation
     reasons = []
     if far:
         worst = max(far.values())
@@ -172,7 +212,12 @@ def _impossible_alone(problem: ReducedProblem, box: Floats, seed: int) -> list[R
 
 
 def explain_path(
-    cell: Cell, arm: Arm, joints: Floats, missing: Floats, where: str = "at the nearest placement found"
+    cell: Cell,
+    arm: Arm,
+    joints: Floats,
+    missing: Floats,
+    where: str = "at the nearest placement found",
+    first: int = 0,
 ) -> tuple[Reason, ...]:
     """What a path breaks, largest first within each kind.
 
@@ -182,24 +227,25 @@ def explain_path(
         joints: (m, n) rad.
         missing: (m,) m that reach lacks.
         where: words for the placement.
+        first: number of the cell's first pose, for a job that is looked at by itself.
     """
     reasons: list[Reason] = []
-    far = np.flatnonzero(missing > 0.0)
+    far = first + np.flatnonzero(missing > 0.0)
     if len(far):
         amount = float(np.max(missing))
         detail = f"{arm.name}: {where} {_poses(far)} out of reach by up to {amount:.3f} m"
         reasons.append(Reason(arm.name, "out_of_reach", tuple(map(int, far)), detail, amount=amount, unit="m"))
     beyond = np.maximum(arm.lower - joints, joints - arm.upper)
     for i in np.argsort(-np.max(beyond, axis=0)):
-        poses = np.flatnonzero(beyond[:, i] > 1e-9)
+        poses = first + np.flatnonzero(beyond[:, i] > 1e-9)
         if len(poses):
             amount, name = float(np.max(beyond[:, i])), arm.robot.joint_names[i]
             excess = f"{np.degrees(amount):.2f}°"
             detail = f"{arm.name}: {where} {name} is beyond its limit by up to {excess} at {_poses(poses)}"
             reasons.append(Reason(arm.name, "joint_limit", tuple(map(int, poses)), detail, name, amount, "rad"))
-    steps = np.abs(np.diff(joints, axis=0)) - cell.max_joint_step
+    steps = np.abs(np.diff(joints, axis=0)) - np.where(cell.task.joined, cell.max_joint_step, np.inf)[:, None]
     for i in np.argsort(-np.max(steps, axis=0, initial=0.0)):
-        poses = np.flatnonzero(steps[:, i] > 1e-9) + 1
+        poses = first + np.flatnonzero(steps[:, i] > 1e-9) + 1
         if len(poses):
             amount, name = float(np.max(steps[:, i])), arm.robot.joint_names[i]
             detail = (
@@ -217,6 +263,14 @@ def _no_posture(arm: Arm) -> Reason:
         "whole path; split the path, relax the posture or the conditioning asked for, or enlarge the base region"
     )
     return Reason(arm.name, "posture", (), detail)
+
+
+def _no_common_base(arm: Arm) -> Reason:
+    detail = (
+        f"{arm.name}: every job can be done by itself, but no base was found that serves all of them in one posture; "
+        "enlarge the base region, relax the posture, or give a job another grasp"
+    )
+    return Reason(arm.name, "jobs", (), detail)
 
 
 def _excluded(arm: Arm) -> Reason:

@@ -110,7 +110,7 @@ def _decide(cell: Cell, search: ArmSearch, problem: ReducedProblem, deadline: fl
     proof = certify(problem, None, CertificateSettings(gap=DECIDE_GAP, time_limit=limit))
     if proof.infeasible:
         search.proved = True
-        search.reasons = explain_proof(search.arm, proof.obstacles)
+        search.reasons = explain_proof(cell, search.arm, proof.obstacles)
     elif proof.found is not None:
         start = path_from(problem, proof.found.position, proof.found.signs)
         _keep(search, _solve(cell, search, start, deadline))

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from models.arrays import Bools, Floats, Ints
+from optimizer.bounds.ball import Ball
 from optimizer.bounds.boxes import Boxes
+from optimizer.bounds.common_shift import common_cost
 from optimizer.bounds.expansion import Enclosed, enclose, expand
 from optimizer.bounds.joints import SLACK, Kinematics
 from optimizer.bounds.lifts import cheapest_lifts
 from optimizer.bounds.rules import Rules
-from optimizer.bounds.tangent import FirstOrder, tangent_bounds
+from optimizer.bounds.tangent import tangent_bounds
 from optimizer.bounds.targets import Targets
+from optimizer.bounds.turns import FirstOrder
 from optimizer.bounds.twist import twist_cost, twist_of
 from optimizer.bounds.yaw import shift_cost, torn, unwrapped
 from optimizer.reduced import ReducedProblem
@@ -78,10 +81,7 @@ class BoxBounder:
         probe, probed = None, np.zeros(0, dtype=np.int64)
         if m > 3 * PROBES:
             probed = np.linspace(0, m - 1, PROBES).round().astype(np.int64)
-            some = replace(
-                problem, rotations=problem.rotations[probed], positions=problem.positions[probed], max_step=np.inf
-            )
-            probe = BoxBounder.of(some)
+            probe = BoxBounder.of(problem.only(probed))
         return BoxBounder(Rules.of(problem), Kinematics.of(Targets.of(problem)), probe, probed)
 
     def bounds(self, boxes: Boxes, cutoff: float) -> BoxBounds:
@@ -126,34 +126,56 @@ class BoxBounder:
 
     def _first_order(self, enclosed: Enclosed, found: BoxBounds, rows: Ints) -> FirstOrder:
         """Cost of each joint by the size of its interval; inf, and noted, where that allows no path."""
-        rules = self.rules
-        costs = np.zeros((6, len(rows)))
+        rules, jobs = self.rules, self.rules.jobs
+        costs = np.zeros((6, len(rows), len(jobs)))
         each = np.zeros((6, *enclosed.values.centre.shape[1:]))
-        for i in range(6):
-            values, joint = enclosed.values[i], (rules.lower[i], rules.upper[i], rules.reference[i])
-            if i == 0:
-                path, linked = unwrapped(values, rules.max_step)
-                shifted = shift_cost(path, linked, *joint, rules.shifts)
-                apart = torn(values, rules.max_step)
-                cost, outside = np.where(np.any(apart, axis=1), np.inf, shifted.cost), shifted.outside
-                apart |= np.isinf(shifted.cost)[:, None]
-            else:
-                lifted = cheapest_lifts(values, *joint, rules.max_step)
-                cost, outside, apart = lifted.cost, np.isinf(lifted.each), lifted.apart
-                each[i] = np.where(outside, 0.0, rules.weights[i] * np.where(outside, 0.0, lifted.each))
-            lost = np.isinf(cost)
+        costs[0, :, 0] = self._first_joint(enclosed.values[0], found, rows)
+        for i in range(1, 6):
+            joint = rules.lower[i], rules.upper[i], rules.reference[i], rules.max_step
+            parts = [cheapest_lifts(enclosed.values[i, :, job], *joint, rules.share(job)) for job in jobs]
+            cost = np.stack([part.cost for part in parts], axis=-1)
+            terms = np.concatenate([part.each for part in parts], axis=-1)
+            outside, lost = np.isinf(terms), np.isinf(cost)
+            each[i] = np.where(outside, 0.0, rules.weights[i] * np.where(outside, 0.0, terms))
             costs[i] = np.where(lost, np.inf, rules.weights[i] * np.where(lost, 0.0, cost))
-            self._note(found, rows, i, lost, outside, apart)
-        twist = np.zeros(len(rows))
-        stuck = ~np.all(enclosed.regular[3], axis=-1) & np.all(np.isfinite(costs), axis=0)
+            apart = np.concatenate([part.apart for part in parts], axis=-1)
+            self._note(found, rows, i, np.any(lost, axis=-1), outside, apart)
+        return FirstOrder(costs, self._twist(enclosed, found, rows, costs, each))
+
+    def _first_joint(self, values: Ball, found: BoxBounds, rows: Ints) -> Floats:
+        """(N,) cost of joint 1."""
+        rules = self.rules
+        joint = rules.lower[0], rules.upper[0], rules.reference[0]
+        path, linked = unwrapped(values, rules.max_step, rules.joined)
+        shifted = shift_cost(path, linked, *joint, rules.shifts, rules.counts)
+        apart = torn(values, rules.max_step, rules.joined)
+        gone = np.isinf(shifted.cost)
+        cost = np.where(gone, np.inf, rules.weights[0] * np.where(gone, 0.0, shifted.cost))
+        known = np.all(linked | ~rules.joined, axis=1) & ~gone
+        if len(rules.jobs) > 1 and np.any(known):
+            cost[known] = np.maximum(cost[known], common_cost(path[known], rules))
+            gone = np.isinf(cost)
+        lost = np.any(apart, axis=1) | gone
+        self._note(found, rows, 0, lost, shifted.outside, apart | gone[:, None])
+        return np.where(lost, np.inf, cost)
+
+    def _twist(self, enclosed: Enclosed, found: BoxBounds, rows: Ints, costs: Floats, each: Floats) -> Floats:
+        """(N, B) what joints 4 and 6 cost more together than one by one, in each job."""
+        rules = self.rules
+        twist = np.zeros(costs.shape[1:])
+        stuck = ~np.all(enclosed.regular[3], axis=-1) & np.all(np.isfinite(costs), axis=(0, 2))
         if self.kinematics.twists and np.any(stuck):
             cost = twist_cost(twist_of(self.kinematics, enclosed.angles[stuck]), rules)
             outside = np.isinf(cost)
             lost = np.any(outside, axis=1)
             self._note(found, rows[stuck], 5, lost, outside, outside)
-            together = np.sum(np.maximum(cost, each[3, stuck] + each[5, stuck]), axis=1)
-            twist[stuck] = np.maximum(together - costs[3, stuck] - costs[5, stuck], 0.0)
-        return FirstOrder(costs, twist)
+            if rules.counts is not None:
+                cost = np.where(outside, np.inf, np.where(outside, 0.0, cost) * rules.counts)
+            together = np.maximum(cost, each[3, stuck] + each[5, stuck])
+            for b, job in enumerate(rules.jobs):
+                more = np.sum(together[:, job], axis=1) - costs[3, stuck, b] - costs[5, stuck, b]
+                twist[stuck, b] = np.maximum(more, 0.0)
+        return twist
 
     @staticmethod
     def _note(found: BoxBounds, rows: Ints, joint: int, lost: Bools, outside: Bools, apart: Bools) -> None:

@@ -28,8 +28,8 @@ class Lifted:
     """Bounds of the cost of one joint over N boxes.
 
     Attributes:
-        cost: (N,) lower bound of ``Σ_j (q_j - q*)²``, inf where no path exists.
-        each: (N, m) lower bound of ``(q_j - q*)²``, inf where no lift brings the pose inside the limits.
+        cost: (N,) lower bound of ``Σ_j count_j (q_j - q*)²``, inf where no path exists.
+        each: (N, m) lower bound of its terms, inf where no lift brings the pose inside the limits.
         apart: (N, m) True at neighbours that cannot be linked, or everywhere if only the whole chain is impossible.
     """
 
@@ -38,7 +38,9 @@ class Lifted:
     apart: Bools
 
 
-def cheapest_lifts(values: Ball, lower: float, upper: float, reference: float, max_step: float) -> Lifted:
+def cheapest_lifts(
+    values: Ball, lower: float, upper: float, reference: float, max_step: float, counts: Floats | None = None
+) -> Lifted:
     """Bound one joint's cost.
 
     Args:
@@ -46,12 +48,14 @@ def cheapest_lifts(values: Ball, lower: float, upper: float, reference: float, m
         lower: rad, may be -inf. upper: likewise.
         reference: rad, q*.
         max_step: rad, may be inf.
+        counts: (m,) what the poses count for; None for 1.
     """
     centre, radius = values.centre, values.radius
     count = (upper - lower) / TURN + 2.0
     if not count < MOST_LIFTS + 1:
         off = np.abs(centre - reference - TURN * np.round((centre - reference) / TURN))
         each = np.maximum(off - radius, 0.0) ** 2
+        each = each if counts is None else counts * each
         return Lifted(np.sum(each, axis=-1), each, np.zeros(centre.shape, dtype=bool))
     open_end = radius >= np.pi
     centre = np.where(open_end, 0.5 * (lower + upper), centre)
@@ -63,7 +67,8 @@ def cheapest_lifts(values: Ball, lower: float, upper: float, reference: float, m
     possible = (low <= high) & ~(open_end & (lifts > 0))
     few = max(int(np.max(np.sum(possible, axis=0), initial=1)), 1)  # possible lifts come first
     lifted, low, high, possible = lifted[:few], low[:few], high[:few], possible[:few]
-    cost = np.where(possible, np.maximum(np.maximum(low - reference, reference - high), 0.0) ** 2, np.inf)
+    off = np.maximum(np.maximum(low - reference, reference - high), 0.0) ** 2
+    cost = np.where(possible, off if counts is None else counts * off, np.inf)
     # Neighbours may be as far apart as the step and both radii; an end that may be anything is never too far.
     reach = max_step + np.where(open_end[:, 1:] | open_end[:, :-1], np.inf, radius[:, 1:] + radius[:, :-1])
     apart = np.abs(lifted[:, None, :, :-1] - lifted[None, :, :, 1:])  # (from, to, N, m-1)

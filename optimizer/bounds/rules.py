@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from models.arm import TURN
-from models.arrays import Floats
+from models.arrays import Bools, Floats
+from models.jobs import joined
 from optimizer.bounds.joints import SLACK
 from optimizer.bounds.yaw import Shifts
 from optimizer.reduced import ReducedProblem
@@ -22,6 +23,8 @@ class Rules:
         reference: (6,) rad, q*. weights: (6,) w.
         max_step: rad, largest step of a joint from pose to pose.
         shifts: what yaw and turns of 2π allow joint 1.
+        jobs: the poses of each job. joined: (m - 1,) True where the next pose is one of the same job.
+        counts: (m,) what the poses count for in the objective; None for 1.
     """
 
     lower: Floats
@@ -30,6 +33,13 @@ class Rules:
     weights: Floats
     max_step: float
     shifts: Shifts
+    jobs: tuple[slice, ...]
+    joined: Bools
+    counts: Floats | None
+
+    def share(self, job: slice) -> Floats | None:
+        """What the poses of a job count for."""
+        return None if self.counts is None else self.counts[job]
 
     @staticmethod
     def of(problem: ReducedProblem) -> Rules:
@@ -45,4 +55,7 @@ class Rules:
             weights=arm.weights,
             max_step=problem.max_step + SLACK,
             shifts=Shifts(start, yaw.width + 2.0 * SLACK, free),
+            jobs=problem.jobs,
+            joined=joined(problem.starts, len(problem.positions)),
+            counts=problem.weights,
         )

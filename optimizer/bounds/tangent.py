@@ -3,6 +3,9 @@
 Which multiple of 2π a joint is on has to be the same for the whole box and known: the joint's path must be linked from
 pose to pose, and no other turn may be cheaper anywhere in the box. Joints for which this cannot be shown, and poses
 near a singular posture, whose expansion says nothing, enter with the cost their intervals cannot avoid.
+
+In a family all this is asked of each job by itself, except for joint 1: the yaw is common to all jobs, so it is
+linearised on the turns that are best together, and other turns are bounded from below (`common_shift`).
 """
 
 from __future__ import annotations
@@ -12,41 +15,16 @@ from typing import Any
 
 import numpy as np
 
-from models.arm import TURN
 from models.arrays import Bools, Floats, Ints
 from optimizer.bounds.ball import Ball
 from optimizer.bounds.expansion import Enclosed, Expansion
 from optimizer.bounds.linear import Linear
 from optimizer.bounds.rules import Rules
-from optimizer.bounds.yaw import Shifts, unwrapped
+from optimizer.bounds.turns import FirstOrder, choose_turns, per_pose
+from optimizer.bounds.yaw import unwrapped
 
 REFINED = 16
 """Boxes of a batch, the most promising ones, whose minimiser is pulled inside the limits."""
-
-_TURNS = Shifts(start=0.0, width=0.0, free=False)
-"""All that can shift joints 2 to 6: multiples of 2π."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class FirstOrder:
-    """What the intervals of joint values cost at least, over N boxes.
-
-    Attributes:
-        joints: (6, N) weighted cost of each joint.
-        twist: (N,) what joints 4 and 6 cost more together than one by one.
-    """
-
-    joints: Floats
-    twist: Floats
-
-    def __getitem__(self, rows: Bools) -> FirstOrder:
-        return FirstOrder(self.joints[:, rows], self.twist[rows])
-
-    @property
-    def total(self) -> Floats:
-        """(N,) lower bound of E."""
-        total: Floats = np.sum(self.joints, axis=0) + self.twist
-        return total
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -72,9 +50,9 @@ def tangent_bounds(rules: Rules, half: Floats, found: Enclosed, expansion: Expan
         found: enclosed joint values. expansion: their second-order expansion.
         costs: first-order bounds, for the joints that cannot be linearised.
     """
-    linear, start, constant = _linearised(rules, half, found, expansion, costs)
+    linear, start, constant, others = _linearised(rules, half, found, expansion, costs)
     y, bound = linear.solve(start)
-    lower = np.maximum(bound, 0.0) + constant
+    lower = np.minimum(np.maximum(bound, 0.0) + constant, others)
     expected = np.sum(linear.weights * linear.line(y) ** 2, axis=1) + constant
     best = np.argsort(expected)[:REFINED]
     y[best] = linear[best].inside(y[best])
@@ -83,39 +61,38 @@ def tangent_bounds(rules: Rules, half: Floats, found: Enclosed, expansion: Expan
 
 def _linearised(
     rules: Rules, half: Floats, found: Enclosed, expansion: Expansion, costs: FirstOrder
-) -> tuple[Linear, Floats, Floats]:
-    """The linear problem, (N, V) where to start from, and (N,) the cost of what is not in it."""
-    values, linked = unwrapped(found.values, rules.max_step)
+) -> tuple[Linear, Floats, Floats, Floats]:
+    """The linear problem, (N, V) where to start from, (N,) the cost of what is not in it, (N,) that of other turns."""
+    values, linked = unwrapped(found.values, rules.max_step, rules.joined)
     exact = found.exact + (values.centre - found.values.centre)
-    turns = [
-        _choose(values[i], rules.lower[i], rules.upper[i], rules.reference[i], rules.shifts if i == 0 else _TURNS)
-        for i in range(6)
-    ]
+    turns = choose_turns(rules, values, linked[0], exact, costs)
     _, dims, n, m = expansion.slopes.shape
-    shift = np.stack([np.zeros(n), *(turn.best for turn in turns[1:])])  # that of joint 1 is a variable
-    offset = (shift - rules.reference[:, None])[..., None]
-    alone = np.stack([turn.alone for turn in turns])
+    offset = per_pose(turns.shift, rules) - rules.reference[:, None, None]
+    alone = per_pose(turns.alone, rules)
     limits = np.stack(
         [
-            np.where(alone, (end - rules.reference)[:, None], open_end)[..., None]
+            np.where(alone, (end - rules.reference)[:, None, None], open_end)
             for end, open_end in ((rules.lower, -np.inf), (rules.upper, np.inf))
         ]
     )
-    used = np.all(linked, axis=-1) & np.stack([turn.certain for turn in turns])
-    fine = used[..., None] & found.regular & (expansion.rest < values.radius)
-    unavoidable = _distance(values + offset, limits) ** 2 * rules.weights[:, None, None]
+    used = turns.certain & np.stack([np.all(linked[..., _inner(job)], axis=-1) for job in rules.jobs], axis=-1)
+    fine = per_pose(used, rules) & found.regular & (expansion.rest < values.radius)
+    count = rules.weights[:, None, None] if rules.counts is None else rules.weights[:, None, None] * rules.counts
+    unavoidable = _distance(values + offset, limits) ** 2 * count
     unavoidable[0] = 0.0
-    constant = np.sum(np.where(used, np.sum(np.where(fine, 0.0, unavoidable), axis=-1), costs.joints), axis=0)
-    constant += np.where(used[3] | used[5], 0.0, costs.twist)
+    left = np.where(fine, 0.0, unavoidable)
+    apart = np.where(used, np.stack([np.sum(left[..., job], axis=-1) for job in rules.jobs], axis=-1), costs.joints)
+    constant = np.sum(np.sum(apart, axis=-1), axis=0)
+    constant += np.sum(np.where(used[3] | used[5], 0.0, costs.twist), axis=-1)
 
     slopes = np.zeros((6, n, m, dims + 1))
     slopes[..., :dims] = np.moveaxis(expansion.slopes, 1, -1)
     slopes[0, ..., dims] = 1.0
     limits = np.where(fine, limits, np.array([-np.inf, np.inf])[:, None, None, None])
-    error, rest, weights = exact + offset, expansion.rest, rules.weights[:, None, None] * fine
+    error, rest, weights = exact + offset, expansion.rest, count * fine
     spread = values.radius[..., 1:] + values.radius[..., :-1]
-    if np.any(np.abs(np.diff(values.centre, axis=-1)) + spread > rules.max_step):  # some step may be too large
-        pair = _largest_step(exact)
+    if np.any((np.abs(np.diff(values.centre, axis=-1)) + spread > rules.max_step) & rules.joined):
+        pair = _largest_step(exact, rules.joined)  # some step may be too large
         error = np.concatenate([error, _picked(error, pair + 1) - _picked(error, pair)], axis=-1)
         rise = [np.take_along_axis(slopes, (pair + k)[..., None], axis=2) for k in (0, 1)]
         slopes = np.concatenate([slopes, rise[1] - rise[0]], axis=2)
@@ -130,10 +107,10 @@ def _linearised(
         rest=_rows(rest),
         weights=_rows(weights),
         limits=_rows(limits),
-        low=np.column_stack([-half, turns[0].low]),
-        high=np.column_stack([half, turns[0].high]),
+        low=np.column_stack([-half, turns.low]),
+        high=np.column_stack([half, turns.high]),
     )
-    return linear, np.column_stack([np.zeros((n, dims)), turns[0].best]), constant
+    return linear, np.column_stack([np.zeros((n, dims)), turns.best]), constant, turns.others
 
 
 def _rows(array: Floats) -> Floats:
@@ -142,9 +119,14 @@ def _rows(array: Floats) -> Floats:
     return moved.reshape(*moved.shape[:-2], -1)
 
 
-def _largest_step(path: Floats) -> Ints:
+def _inner(job: slice) -> slice:
+    """The steps within a job."""
+    return slice(job.start, job.stop - 1)
+
+
+def _largest_step(path: Floats, joined: Bools) -> Ints:
     """(6, N, 1) the pose before each joint's largest step."""
-    pose: Ints = np.argmax(np.abs(np.diff(path, axis=-1)), axis=-1, keepdims=True)
+    pose: Ints = np.argmax(np.abs(np.diff(path, axis=-1)) * joined, axis=-1, keepdims=True)
     return pose
 
 
@@ -158,49 +140,3 @@ def _distance(values: Ball, limits: Floats) -> Floats:
     low, high = np.maximum(values.low, limits[0]), np.minimum(values.high, limits[1])
     distance: Floats = np.maximum(np.maximum(low, -high), 0.0)
     return distance
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Turn:
-    """The stretch of shifts [low, high] that holds the best one; all (N,).
-
-    Attributes:
-        best: the best shift at the centre of the box.
-        certain: no other stretch can be cheaper anywhere in the box.
-        alone: no other stretch is possible, so the limits may be used as constraints on this one.
-    """
-
-    low: Floats
-    high: Floats
-    best: Floats
-    certain: Bools
-    alone: Bools
-
-
-def _choose(values: Ball, lower: float, upper: float, reference: float, shifts: Shifts) -> _Turn:
-    """Choose among the stretches ``[start, start + width] + 2πk`` that leave every pose a chance to keep its limits.
-
-    Shifted by s, the path costs ``m (s - s*)²`` plus what does not depend on s, with s* = q* - mean of q.
-    """
-    least = lower - np.min(values.high, axis=-1)
-    most = upper - np.max(values.low, axis=-1)
-    wanted = reference - np.mean(values.centre, axis=-1)
-    doubt = np.mean(values.radius, axis=-1)
-    if shifts.free:
-        low = np.where(np.isfinite(least), least, wanted - doubt)
-        high = np.where(np.isfinite(most), most, wanted + doubt)
-        always = np.ones(wanted.shape, dtype=bool)
-        return _Turn(low, high, np.clip(wanted, low, high), always, always)
-    best, _ = shifts.nearest(wanted, least, most)
-    half = 0.5 * shifts.width
-    middle = shifts.start + half
-    turn = np.round((best - middle) / TURN)
-    centre = middle + TURN * turn
-    first, last = np.ceil((least - middle - half) / TURN), np.floor((most - middle + half) / TURN)
-    # Stretches 2π apart are equally near halfway between their middles.
-    certain = (turn >= last) | (wanted + doubt <= centre + np.pi)
-    certain &= (turn <= first) | (wanted - doubt >= centre - np.pi)
-    alone = first == last
-    low = np.where(alone, np.maximum(centre - half, least), centre - half)
-    high = np.where(alone, np.minimum(centre + half, most), centre + half)
-    return _Turn(low, high, np.clip(best, low, high), certain, alone)

@@ -23,15 +23,19 @@ from models.arrays import Bools, Floats
 from optimizer.bounds.ball import Ball
 
 
-def unwrapped(values: Ball, max_step: float) -> tuple[Ball, Bools]:
-    """Values (..., m) continued along the path the short way round, and (..., m-1) where that is the only way."""
+def unwrapped(values: Ball, max_step: float, joined: Bools | None = None) -> tuple[Ball, Bools]:
+    """Values (..., m) continued along the path the short way round, and (..., m-1) where that is the only way.
+
+    Between jobs (where ``joined`` (m-1,) is False) it never is.
+    """
     steps = np.diff(values.centre, axis=-1)
     steps = steps - TURN * np.round(steps / TURN)
     centre = np.empty_like(values.centre)
     centre[..., 0] = values.centre[..., 0]
     centre[..., 1:] = values.centre[..., :1] + np.cumsum(steps, axis=-1)
     spread = values.radius[..., 1:] + values.radius[..., :-1]
-    return Ball(centre, values.radius), np.abs(steps) + spread < TURN - max_step
+    linked = np.abs(steps) + spread < TURN - max_step
+    return Ball(centre, values.radius), linked if joined is None else linked & joined
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -56,12 +60,14 @@ class Shifts:
         return np.where(down <= up, before, after), np.minimum(down, up)
 
 
-def torn(values: Ball, max_step: float) -> Bools:
-    """(N, m) True at poses that no lift brings within the largest step of the pose before."""
+def torn(values: Ball, max_step: float, joined: Bools | None = None) -> Bools:
+    """(N, m) True at poses that no lift brings within the largest step of the pose before, if that is joined (m-1,)."""
     steps = np.diff(values.centre, axis=-1)
     steps = np.abs(steps - TURN * np.round(steps / TURN))
     apart = np.zeros(values.centre.shape, dtype=bool)
     apart[:, 1:] = steps - values.radius[:, 1:] - values.radius[:, :-1] > max_step
+    if joined is not None:
+        apart[:, 1:] &= joined
     return apart
 
 
@@ -78,7 +84,15 @@ class ShiftCost:
     outside: Bools
 
 
-def shift_cost(values: Ball, linked: Bools, lower: float, upper: float, reference: float, shifts: Shifts) -> ShiftCost:
+def shift_cost(
+    values: Ball,
+    linked: Bools,
+    lower: float,
+    upper: float,
+    reference: float,
+    shifts: Shifts,
+    counts: Floats | None = None,
+) -> ShiftCost:
     """Bound the cost of joint 1.
 
     Args:
@@ -86,21 +100,30 @@ def shift_cost(values: Ball, linked: Bools, lower: float, upper: float, referenc
         lower: rad, limit of joint 1. upper: likewise.
         reference: rad, q*.
         shifts: what yaw allows.
+        counts: (m,) what the poses count for; None for 1.
     """
     n, m = values.centre.shape
     starts = np.ones((n, m), dtype=bool)
     starts[:, 1:] = ~linked
     stretch = np.cumsum(starts.ravel()) - 1
-    lengths = np.bincount(stretch)
+
+    def added(rows: Floats) -> Floats:
+        """The sum of (N, m) over each stretch."""
+        return np.asarray(np.bincount(stretch, (rows if counts is None else rows * counts).ravel()), dtype=np.float64)
+
+    lengths = added(np.ones((n, m)))
+    divisor = np.maximum(lengths, 1e-300)  # what counts for nothing may have any mean
     centre = values.centre - np.mean(values.centre, axis=1, keepdims=True)
-    means = np.bincount(stretch, centre.ravel()) / lengths
-    about = np.bincount(stretch, (centre.ravel() - means[stretch]) ** 2)
-    radii = np.sqrt(np.bincount(stretch, values.radius.ravel() ** 2))
+    means = added(centre) / divisor
+    about = added((centre - means[stretch].reshape(n, m)) ** 2)
+    radii = np.sqrt(added(values.radius**2))
     first = np.flatnonzero(starts.ravel())
     least, most = lower - values.high, upper - values.low
     low, high = np.maximum.reduceat(least.ravel(), first), np.minimum.reduceat(most.ravel(), first)
-    middle = np.bincount(stretch, values.centre.ravel()) / lengths
+    middle = added(values.centre) / divisor
     _, away = shifts.nearest(reference - middle, low, high)
-    cost = np.maximum(np.sqrt(about + lengths * away**2) - radii, 0.0) ** 2
+    never = np.isinf(away)
+    cost = np.maximum(np.sqrt(about + lengths * np.where(never, 0.0, away) ** 2) - radii, 0.0) ** 2
+    cost[never] = np.inf
     total = np.bincount(first // m, cost, minlength=n).astype(np.float64)
     return ShiftCost(total, np.isinf(shifts.nearest(np.zeros_like(least), least, most)[1]))

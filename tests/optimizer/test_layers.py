@@ -31,9 +31,10 @@ def test_the_cheapest_path_through_random_layers_is_found(seed, sizes, max_step)
         steps = [np.abs(wrapped(b - a)).max() for a, b in pairwise(chosen)]
         return cost + sum(LEAP * max(step - max_step, 0.0) + 1e-6 * step for step in steps)
 
-    found = _shortest(layers, costs, max_step)
+    said, found = _shortest(layers, costs, max_step)
     best = min(total(path) for path in product(*(range(size) for size in sizes)))
     assert len(found) == len(sizes)
+    assert said == pytest.approx(best, rel=1e-9, abs=1e-9)
     assert total(found) == pytest.approx(best, rel=1e-9, abs=1e-9)
 
 

@@ -11,6 +11,7 @@ from models.arm import Arm, BaseRegion, Interval, range_weights
 from models.catalogue import robot
 from models.cell import Cell
 from models.dh import robot_from_dh
+from models.family import Job, family
 from models.kinematics import reach
 from models.robot import Robot
 from models.task import Task
@@ -37,14 +38,26 @@ def robot_called(name: str) -> Robot:
     return robot_from_dh("skew", skew_rows(-1.2)) if name == "skew" else robot(name)
 
 
-def random_problem(name: str, rng: np.random.Generator, mounted: bool = False, level: bool = False) -> ReducedProblem:
+def random_problem(
+    name: str, rng: np.random.Generator, mounted: bool = False, level: bool = False, jobs: int = 1
+) -> ReducedProblem:
     """A straight or turning path of 1 to 8 poses with all sorts of limits, weights, yaws and steps.
 
     Args:
         name: see `robot_called`. rng: source of chance.
         mounted: the base may hang or stand on a wall. level: its z is fixed; else sometimes.
+        jobs: how many such paths, all with the same grasp; from 2 on with weights.
     """
     chain = robot_called(name)
+    paths = [_path(chain, rng) for _ in range(jobs)]
+    task = paths[0] if jobs == 1 else family([Job("", path, float(rng.choice([0.0, 0.5, 1.0, 3.0]))) for path in paths])
+    arm = _arm(name, chain, rng, mounted, level)
+    problem = reduced_problem(Cell(task, (arm,), max_joint_step=float(rng.choice([0.6, pi / 2, pi]))), arm)
+    assert problem is not None
+    return problem
+
+
+def _path(chain: Robot, rng: np.random.Generator) -> Task:
     scale, count = reach(chain), int(rng.integers(1, 9))
     start = Rotation.random(rng=rng) if rng.random() < 0.6 else Rotation.from_euler("x", pi)
     turns = Rotation.concatenate(
@@ -56,28 +69,29 @@ def random_problem(name: str, rng: np.random.Generator, mounted: bool = False, l
     poses[:, :3, :3] = Slerp([0, 1], turns)(way).as_matrix()
     poses[:, :3, 3] = np.outer(way - 0.5, direction / np.linalg.norm(direction) * rng.uniform(0.1, 0.9) * scale)
     poses[:, 2, 3] += rng.uniform(-0.2, 0.5) * scale
+    return Task(poses)
+
+
+def _arm(name: str, chain: Robot, rng: np.random.Generator, mounted: bool, level: bool) -> Arm:
+    scale = reach(chain)
     lower, upper = _limits(chain, rng)
     weights = range_weights(lower, upper) if rng.random() < 0.5 else rng.uniform(0.0, 2.0, 6)
     if rng.random() < 0.3:
         weights[rng.integers(6)] = 0.0
-    level = Interval(-scale, scale)
+    side = Interval(-scale, scale)
     height = Interval(-0.3 * scale, 0.3 * scale) if not level and rng.random() < 0.4 else Interval(0.0, 0.0)
-    arm = Arm(
+    return Arm(
         name,
         chain,
         np.eye(4),
         np.eye(4),
-        BaseRegion(level, level, height, _yaw(rng)),
+        BaseRegion(side, side, height, _yaw(rng)),
         lower,
         upper,
         chain.reference + rng.normal(size=6) * rng.choice([0.0, 0.5, 2.0]),
         weights,
         mount=MOUNTS[rng.integers(len(MOUNTS)) if mounted else 0],
     )
-    step = float(rng.choice([0.6, pi / 2, pi]))
-    problem = reduced_problem(Cell(Task(poses), (arm,), max_joint_step=step), arm)
-    assert problem is not None
-    return problem
 
 
 def _limits(chain: Robot, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:

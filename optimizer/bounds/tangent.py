@@ -125,8 +125,8 @@ def _inner(job: slice) -> slice:
 
 
 def _largest_step(path: Floats, joined: Bools) -> Ints:
-    """(6, N, 1) the pose before each joint's largest step."""
-    pose: Ints = np.argmax(np.abs(np.diff(path, axis=-1)) * joined, axis=-1, keepdims=True)
+    """(6, N, 1) the pose before each joint's largest step within a job."""
+    pose: Ints = np.argmax(np.where(joined, np.abs(np.diff(path, axis=-1)), -1.0), axis=-1, keepdims=True)
     return pose
 
 

@@ -73,6 +73,11 @@ class Task:
         return joined(self.starts, len(self.poses))
 
     @property
+    def total_weight(self) -> float:
+        """What all poses count for together; their number if that is 0."""
+        return float(np.sum(self.weights)) or len(self.poses)
+
+    @property
     def weight_scale(self) -> float:
         """Mean of the weights that are not zero (1 without any): what a cost is to be measured against."""
         positive = self.weights[self.weights > 0.0]

@@ -20,9 +20,9 @@ from optimizer.faults import arm_faults, coupling_faults, floor_faults, path_fau
 from optimizer.layers import best_path
 from optimizer.layout import Layout, Outcome, Reason, Search
 from optimizer.local import solve_locally
-from optimizer.measure import objective_of, path_signs, placed
+from optimizer.measure import jobs_of, objective_of, path_signs, placed
 from optimizer.program import ArmPoint
-from optimizer.reasons import explain_general, explain_path
+from optimizer.reasons import explain_general, explain_path, name_jobs
 from optimizer.reduced import Paths, ReducedProblem, evaluate, reduced_problem, seen_from
 from optimizer.verify import ArmCheck, check, summarise
 
@@ -41,11 +41,6 @@ class _Standing:
     check: ArmCheck | None
     reasons: tuple[Reason, ...]
     looked_at: int
-
-    @property
-    def objective(self) -> float:
-        """This arm's part of E; infinite without a path."""
-        return np.inf if self.point is None else objective_of(self.arm, self.point.joints)
 
 
 def evaluate_layout(cell: Cell, joints: Sequence[Floats | None] | None = None) -> Layout:
@@ -85,11 +80,12 @@ def evaluate_layout(cell: Cell, joints: Sequence[Floats | None] | None = None) -
         outcome=Outcome.INFEASIBLE if reasons else Outcome.FEASIBLE,
         objective=sum(placement.objective for placement in placements) if complete else None,
         placements=placements,
-        reasons=reasons,
+        reasons=name_jobs(cell.task, reasons),
         proved=False,
         search=Search(sum(one.looked_at for one in standing), 0, 0, time.perf_counter() - started),
         verification=summarise(checks) if checks else None,
         clearances=() if path is None else found_clearances(path),
+        jobs=jobs_of(cell, placements),
     )
 
 
@@ -170,7 +166,12 @@ def _general(cell: Cell, arm: Arm) -> _Standing:
         solved = solve_locally(cell, arm, point, time.perf_counter() + POLISHING)
         if solved.status.has_point:
             found.append(_judged(cell, arm, solved.points[0], 2))
-    return min(found, key=lambda one: (bool(one.reasons), one.objective))
+    return min(found, key=lambda one: (bool(one.reasons), _objective(cell, one)))
+
+
+def _objective(cell: Cell, one: _Standing) -> float:
+    """An arm's part of E; infinite without a path."""
+    return np.inf if one.point is None else objective_of(cell.task, one.arm, one.point.joints)
 
 
 def _place(arm: Arm) -> tuple[Floats, float]:

@@ -9,7 +9,9 @@ from optimizer.coupled.report import alternatives, clearances_of, explain, place
 from optimizer.coupled.scene import Scene
 from optimizer.coupled.search import CoupledSearch
 from optimizer.layout import Certificate, Layout, Outcome
+from optimizer.measure import jobs_of
 from optimizer.prove import relative_gap
+from optimizer.reasons import name_jobs
 from optimizer.verify import check, summarise
 
 
@@ -41,7 +43,7 @@ def coupled_layout(cell: Cell, alone: Layout, search: CoupledSearch, most_altern
         outcome=outcome,
         objective=None if search.best is None else search.best.objective,
         placements=placements,
-        reasons=reasons,
+        reasons=name_jobs(cell.task, reasons),
         proved=search.proved or (certificate is not None and certificate.proved and search.best is not None),
         search=replace(
             alone.search,
@@ -53,6 +55,7 @@ def coupled_layout(cell: Cell, alone: Layout, search: CoupledSearch, most_altern
         certificate=certificate,
         clearances=() if shown is None else clearances_of(shown),
         alternatives=alternatives(cell, search.found, most_alternatives),
+        jobs=jobs_of(cell, () if search.best is None else placements),
     )
 
 

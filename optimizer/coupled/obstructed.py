@@ -53,7 +53,7 @@ def _way(cell: Cell) -> tuple[Floats, Floats]:
     """Poses and samples between them: index of the pose before (K,), object frames (K, 4, 4)."""
     path = ObjectPath(cell.task.poses)
     apart = np.maximum(np.linalg.norm(path.shifts, axis=1) / SHIFT, np.linalg.norm(path.turns, axis=1) / TURN)
-    cuts = np.maximum(np.ceil(apart), 1).astype(np.int64)
+    cuts = np.where(cell.task.joined, np.maximum(np.ceil(apart), 1), 1).astype(np.int64)
     step = np.concatenate([np.repeat(np.arange(len(cuts)), cuts), [len(cuts) - 1]])
     fraction = np.concatenate([np.concatenate([np.arange(c) / c for c in cuts]), [1.0]])
     return step, path.at(step, fraction)

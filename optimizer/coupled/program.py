@@ -23,6 +23,7 @@ from models.coupling import Coupling
 from models.kinematics import characteristic_length
 from optimizer.coupled.rows import LinearRows, joint_columns
 from optimizer.local import conditioning_cuts
+from optimizer.measure import largest_step
 from optimizer.pose_rows import BASE
 from optimizer.program import ArmPoint, Program, build_program
 from optimizer.solve import IPOPT_OPTIONS, STATUS, SolveStatus, rounded_limit
@@ -117,7 +118,7 @@ def solve_coupled(
 def _arm_program(cell: Cell, index: int, point: ArmPoint) -> Program:
     """One arm's own program, with the rows that its path comes near to."""
     arm = cell.arms[index]
-    steps = float(np.max(np.abs(np.diff(point.joints, axis=0)), initial=0.0)) > 0.8 * cell.max_joint_step
+    steps = largest_step(cell.task, point.joints) > 0.8 * cell.max_joint_step
     cuts = None if arm.min_conditioning is None else [conditioning_cuts(arm, point.joints)]
     return build_program(cell, [arm], [point], keep_shoulder=point.signs is not None, steps=steps, cuts=cuts)
 

@@ -60,7 +60,7 @@ class Refined:
 def price_of(cell: Cell) -> float:
     """Cost of a metre or radian of violation, in units of E."""
     weights = [arm.weight_scale for arm in cell.arms]
-    return PRICE * len(cell.task) * sum(weights) / len(weights)
+    return PRICE * cell.task.total_weight * sum(weights) / len(weights)
 
 
 def refine(scene: Scene, start: Sequence[ArmPoint], deadline: float, known: Sequence[Refined] = ()) -> Refined:

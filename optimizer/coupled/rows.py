@@ -106,7 +106,8 @@ def look(scene: Scene, points: Sequence[ArmPoint], cushions: Mapping[PairClass, 
     builder.add_limits()
     builder.add_floor(points)
     if scene.model is not None:
-        builder.add_contacts(scene.model.configure(bases, samples.joints, samples.objects), bases, cushions)
+        places = scene.model.configure(bases, samples.joints, samples.objects, samples.jobs)
+        builder.add_contacts(places, bases, cushions)
     rows = builder.rows()
     lack = max(rows.lack, scene.tie_lack(points))
     return Look(tuple(points), scene.objective(points), lack, rows, samples.followed)

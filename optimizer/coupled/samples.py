@@ -25,7 +25,7 @@ class Samples:
 
     Attributes:
         step: (K,) index of the pose before. fraction: (K,) of the way to the next, 1 only at the last pose.
-        joints: per arm (K, n) rad. objects: (K, 4, 4) object frames in the world.
+        joints: per arm (K, n) rad. objects: (K, 4, 4) object frames in the world. jobs: (K,) numbers of their jobs.
         followed: False if an arm cannot follow the object somewhere between two poses; such places are left out.
     """
 
@@ -33,6 +33,7 @@ class Samples:
     fraction: Floats
     joints: tuple[Floats, ...]
     objects: Floats
+    jobs: Ints
     followed: bool
 
 
@@ -43,7 +44,7 @@ def sample_path(cell: Cell, path: ObjectPath, bases: Floats, points: Sequence[Ar
         cell: task and arms. path: of its object. bases: (A, 4, 4) in the world. points: one per arm.
     """
     m = len(cell.task)
-    cuts = _cuts(path, points)
+    cuts = np.where(cell.task.joined, _cuts(path, points), 1)  # from one job to the next there is no way
     step = np.concatenate([np.repeat(np.arange(m - 1), cuts), [m - 2]])
     fraction = np.concatenate([np.concatenate([np.arange(c) / c for c in cuts]), [1.0]])
     at_pose = (fraction == 0.0) | (fraction == 1.0)
@@ -58,14 +59,17 @@ def sample_path(cell: Cell, path: ObjectPath, bases: Floats, points: Sequence[Ar
         q = np.empty((len(step), arm.dof))
         q[at_pose] = point.joints[pose[at_pose]]
         if len(between):
-            flanges = objects[between] @ arm.grasp @ inverse(arm.tool)
+            flanges = objects[between] @ cell.grasps(arm)[step[between]] @ inverse(arm.tool)
             before, after = point.joints[step[between]], point.joints[step[between] + 1]
             share = fraction[between, None]
             near = (1.0 - share) * before + share * after
             q[between], arrived = follow(arm.robot, base, flanges, near, near)
             good[between] &= arrived
         joints.append(q)
-    return Samples(step[good], fraction[good], tuple(q[good] for q in joints), objects[good], bool(np.all(good)))
+    jobs = cell.task.job_of[pose]
+    return Samples(
+        step[good], fraction[good], tuple(q[good] for q in joints), objects[good], jobs[good], bool(np.all(good))
+    )
 
 
 def _cuts(path: ObjectPath, points: Sequence[ArmPoint]) -> Ints:

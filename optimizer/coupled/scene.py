@@ -65,7 +65,8 @@ class Scene:
 
     def objective(self, points: Sequence[ArmPoint]) -> float:
         """E of a layout."""
-        return sum(objective_of(arm, point.joints) for arm, point in zip(self.cell.arms, points, strict=True))
+        task = self.cell.task
+        return sum(objective_of(task, arm, point.joints) for arm, point in zip(self.cell.arms, points, strict=True))
 
     def floor_lack(self, points: Sequence[ArmPoint]) -> float:
         """Largest distance [m] by which a footprint is where it must not be; <= 0 if none is."""
@@ -91,7 +92,7 @@ class Scene:
             return lacks
         bases = np.stack([self.bases(points) for points in layouts])
         joints = [np.stack([points[a].joints for points in layouts]) for a in range(len(self.cell.arms))]
-        places = model.configure_layouts(bases, joints, self.cell.task.poses)
+        places = model.configure_layouts(bases, joints, self.cell.task.poses, self.cell.task.job_of)
         spare = (model.bounds(places, self.movable) - self.required).reshape(len(layouts), m, -1)
         for layout in np.flatnonzero(np.min(spare, axis=(1, 2), initial=np.inf) < 0.0):
             here = np.where(model.counted(bases[layout]), spare[layout], np.inf)

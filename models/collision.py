@@ -120,9 +120,7 @@ class CollisionModel:
         of_job = np.zeros(len(objects), dtype=np.int64) if jobs is None else jobs
         return Configurations(frames, self._ends(frames), self.counted(bases), of_job)
 
-    def configure_layouts(
-        self, bases: Floats, joints: Sequence[Floats], objects: Floats, jobs: Ints
-    ) -> Configurations:
+    def configure_layouts(self, bases: Floats, joints: Sequence[Floats], objects: Floats, jobs: Ints) -> Configurations:
         """Place everything for many layouts of one task at once.
 
         Args:
@@ -141,7 +139,9 @@ class CollisionModel:
         for a, (arm, q, start) in enumerate(zip(self.arms, joints, self.offsets[:-1], strict=True)):
             links = link_frames(arm.robot, q.reshape(many * m, arm.dof))
             np.matmul(np.repeat(bases[:, a], m, axis=0)[:, None], links, out=frames[:, start : start + arm.dof + 1])
-        return Configurations(frames, self._ends(frames), np.ones(len(self.bodies.first), dtype=np.bool_), np.tile(jobs, many))
+        return Configurations(
+            frames, self._ends(frames), np.ones(len(self.bodies.first), dtype=np.bool_), np.tile(jobs, many)
+        )
 
     def _ends(self, frames: Floats) -> Floats:
         own = frames[:, self.bodies.frames]

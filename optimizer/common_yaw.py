@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from models.arm import TURN
-from models.arrays import Floats
+from models.arrays import Bools, Floats
 
 ROUNDING = 1e-12
 """rad"""
@@ -56,33 +56,51 @@ class JobShifts:
         ends = self._ends()
         low, high = ends[..., :-1], ends[..., 1:]
         middle = 0.5 * (low + high)
+        jobs = range(len(self.wanted))
+        limits = [
+            (-np.inf, np.inf) if least is None or most is None else (least[b, ..., None], most[b, ..., None])
+            for b in jobs
+        ]
         total = float(np.sum(self.weights))
-        shares = self.weights / total if total > 0.0 else np.full(len(self.weights), 1.0 / len(self.weights))
-        turns = np.empty((len(self.wanted), *middle.shape))
+        shares = self.weights / total if total > 0.0 else np.full(len(jobs), 1.0 / len(jobs))
         vertex, possible = np.zeros(middle.shape), np.ones(middle.shape, dtype=np.bool_)
-        for b, share in enumerate(shares):
-            first = np.ceil((self.low[b, ..., None] - middle) / TURN - ROUNDING)
-            last = np.floor((self.high[b, ..., None] - middle) / TURN + ROUNDING)
-            if least is not None and most is not None:
-                first, last = np.maximum(first, least[b, ..., None]), np.minimum(last, most[b, ..., None])
-            possible &= first <= last
-            turns[b] = np.clip(np.round((self.wanted[b, ..., None] - middle) / TURN), first, last)
-            vertex += share * (self.wanted[b, ..., None] - TURN * np.where(possible, turns[b], 0.0))
-        vertex = np.clip(vertex, low, high)
-        off = np.where(possible, vertex + TURN * turns - self.wanted[..., None], 0.0)
-        cost = np.where(possible, np.einsum("b,b...->...", self.weights, off**2), np.inf)
-        return _picked(vertex, turns, cost)
+        for b in jobs:
+            turns, kept = self._turns(b, middle, *limits[b])
+            vertex += shares[b] * (self.wanted[b, ..., None] - TURN * turns)
+            possible &= kept
+        vertex, cost = np.clip(vertex, low, high), np.zeros(middle.shape)
+        for b in jobs:
+            turns, _ = self._turns(b, middle, *limits[b])
+            cost += self.weights[b] * (vertex + TURN * turns - self.wanted[b, ..., None]) ** 2
+        chosen = np.argmin(np.where(possible, cost, np.inf), axis=-1)[..., None]
+        piece = np.take_along_axis(middle, chosen, axis=-1)
+        return Shifted(
+            np.take_along_axis(vertex, chosen, axis=-1)[..., 0],
+            np.array([self._turns(b, piece, *limits[b])[0][..., 0] for b in jobs]),
+            np.take_along_axis(np.where(possible, cost, np.inf), chosen, axis=-1)[..., 0],
+        )
+
+    def _turns(self, b: int, places: Floats, least: Floats | float, most: Floats | float) -> tuple[Floats, Bools]:
+        """The best turn of job b for y at ``places`` (S, P), and where the limits allow one; elsewhere it is 0."""
+        first = np.maximum(np.ceil((self.low[b, ..., None] - places) / TURN - ROUNDING), least)
+        last = np.minimum(np.floor((self.high[b, ..., None] - places) / TURN + ROUNDING), most)
+        turns = np.clip(np.round((self.wanted[b, ..., None] - places) / TURN), first, last)
+        kept: Bools = first <= last
+        return np.where(kept, turns, 0.0), kept
 
     def nearest(self) -> Shifted:
         """The shifts that stick out of the limits least, for where none keeps them; the cost is what sticks out."""
         places = self._ends()  # what sticks out is concave between them
-        limited = np.isfinite(self.low + self.high)
         with np.errstate(invalid="ignore"):  # limits of a joint without end
-            centre = np.where(limited, 0.5 * (self.low + self.high), np.clip(self.wanted, self.low, self.high))
-        turns = np.round((centre[..., None] - places) / TURN)
-        shift = places + TURN * turns
-        outside = np.maximum(self.low[..., None] - shift, 0.0) + np.maximum(shift - self.high[..., None], 0.0)
-        return _picked(places, turns, np.sum(outside, axis=0))
+            centre = 0.5 * (self.low + self.high)
+        centre = np.where(np.isfinite(centre), centre, np.clip(self.wanted, self.low, self.high))
+        outside = np.zeros(places.shape)
+        for low, high, middle in zip(self.low[..., None], self.high[..., None], centre[..., None], strict=True):
+            shift = places + TURN * np.round((middle - places) / TURN)
+            outside += np.maximum(low - shift, 0.0) + np.maximum(shift - high, 0.0)
+        chosen = np.argmin(outside, axis=-1)[..., None]
+        y = np.take_along_axis(places, chosen, axis=-1)[..., 0]
+        return Shifted(y, np.round((centre - y) / TURN), np.take_along_axis(outside, chosen, axis=-1)[..., 0])
 
     def _ends(self) -> Floats:
         """(S, P + 1) rad, where the pieces of one allowed stretch of y begin and end, ascending."""
@@ -93,13 +111,3 @@ class JobShifts:
         offsets = np.sort(np.concatenate([zero, offsets, zero + self.width]), axis=0)
         ends: Floats = np.moveaxis(offsets + self.start, 0, -1)
         return ends
-
-
-def _picked(places: Floats, turns: Floats, cost: Floats) -> Shifted:
-    """The cheapest of the places (S, P)."""
-    best = np.argmin(cost, axis=-1, keepdims=True)
-    return Shifted(
-        np.take_along_axis(places, best, axis=-1)[..., 0],
-        np.take_along_axis(turns, best[None], axis=-1)[..., 0],
-        np.take_along_axis(cost, best, axis=-1)[..., 0],
-    )

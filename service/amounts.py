@@ -42,7 +42,13 @@ def check_amounts(document: Any, limits: Limits) -> None:
 
 def _amounts(document: Any) -> Iterator[Amount]:
     """Everything that is counted."""
-    yield from _poses(_member(document, "task"))
+    jobs = _list(_member(document, "tasks"))
+    yield Amount(("tasks",), len(jobs), "jobs", "max_jobs", "Join those that follow each other in one way of the part.")
+    yield from _poses(("task",), _member(document, "task"))
+    ways = [way for index, job in enumerate(jobs) for way in _poses(("tasks", index, "task"), _member(job, "task"))]
+    yield from ways
+    advice = "Send fewer: every second pose usually gives the same layout."
+    yield Amount(("tasks",), sum(way.number for way in ways), "poses of all jobs", "max_poses", advice)
     arms = _list(_member(document, "arms"))
     yield Amount(("arms",), len(arms), "arms", "max_arms", "Uncoupled arms may as well be sent one by one.")
     obstacles = _list(_member(document, "obstacles"))
@@ -53,15 +59,15 @@ def _amounts(document: Any) -> Iterator[Amount]:
     yield from _polygons(document, arms)
 
 
-def _poses(task: Any) -> Iterator[Amount]:
+def _poses(at: tuple[str | int, ...], task: Any) -> Iterator[Amount]:
     """Poses of a task, written out or generated."""
     for path, count in (
-        (("task", "poses"), len(_list(_member(task, "poses")))),
-        (("task", "line", "count"), _count(_member(task, "line"))),
-        (("task", "arc", "count"), _count(_member(task, "arc"))),
+        (("poses",), len(_list(_member(task, "poses")))),
+        (("line", "count"), _count(_member(task, "line"))),
+        (("arc", "count"), _count(_member(task, "arc"))),
     ):
         advice = "Send fewer: every second pose usually gives the same layout."
-        yield Amount(path, count, "poses", "max_poses", advice)
+        yield Amount((*at, *path), count, "poses", "max_poses", advice)
 
 
 def _shapes(document: Any, arms: list[Any]) -> Iterator[Amount]:

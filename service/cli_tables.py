@@ -34,6 +34,8 @@ def print_layout(resource: dict[str, Any], file: IO[str]) -> None:
     if result["arms"]:
         console.print(_placements(result["arms"]))
         console.print(_margins(result["arms"]))
+    if len(result["jobs"]) > 1:
+        console.print(_jobs(result["jobs"]))
     for reason in result["reasons"]:
         console.print(f"  {reason['detail']}", markup=False)
     console.print(_evidence(result), markup=False)
@@ -47,7 +49,7 @@ def _headline(resource: dict[str, Any]) -> str:
     return f"{name}{result['outcome']}{proof}{objective}"
 
 
-WORDS = ("arm", "posture", "name", "model", "joint")
+WORDS = ("arm", "posture", "name", "model", "joint", "job")
 """Headings of columns that hold words; the others hold numbers."""
 
 
@@ -79,6 +81,15 @@ def _margins(arms: list[dict[str, Any]]) -> Table:
         margins = [_degrees(margin) for margin in arm["joint_margins"]]
         empty = [""] * (joints - len(margins))
         table.add_row(escape(arm["name"]), *margins, *empty, _degrees(arm["minimum_margin"]))
+    return table
+
+
+def _jobs(jobs: list[dict[str, Any]]) -> Table:
+    table = _table("Jobs", ("job", "poses", "weight", "objective"))
+    for job in jobs:
+        last = job["first_pose"] + job["poses"] - 1
+        poses = f"{job['first_pose']} to {last}"
+        table.add_row(escape(job["name"]), poses, f"{job['weight']:g}", _number(job["objective"], 4))
     return table
 
 

@@ -7,17 +7,14 @@ from math import pi
 
 from models.cell import Cell
 from models.robot import Robot
-from models.task import Task as ModelTask
-from models.task import arc_about_normal, arc_through_center, line, task_from_poses
 from optimizer.settings import CertificateSettings, Settings, ToleranceSettings
 from service.convert_arm import arm_of
 from service.convert_coupling import couplings_of
-from service.convert_pose import pose_of
 from service.convert_shapes import NO_MESHES, MeshSource
 from service.convert_surroundings import surroundings_of
+from service.convert_task import task_of, with_grasps
 from service.issues import Issues
 from service.schemas.request import LayoutRequest
-from service.schemas.task import ArcByCenter, ArcByRadius, LineTask, PosesTask, Task
 
 
 def cell_of(request: LayoutRequest, robots: Mapping[str, Robot] | None = None, meshes: MeshSource = NO_MESHES) -> Cell:
@@ -34,8 +31,9 @@ def cell_of(request: LayoutRequest, robots: Mapping[str, Robot] | None = None, m
     issues = Issues()
     _check_baselines(request, issues)
     _check_names(request, issues)
-    task = _task(request.task, issues)
-    arms = [arm_of(arm, f"/arms/{index}", robots or {}, issues) for index, arm in enumerate(request.arms)]
+    task = task_of(request, issues)
+    made = [arm_of(arm, f"/arms/{index}", robots or {}, issues) for index, arm in enumerate(request.arms)]
+    arms = with_grasps(request, made, issues)
     surroundings = surroundings_of(request, meshes, issues)
     couplings = couplings_of(request.coupling, [arm.name for arm in request.arms], issues)
     _check_tolerance(request, issues)
@@ -44,7 +42,7 @@ def cell_of(request: LayoutRequest, robots: Mapping[str, Robot] | None = None, m
         raise AssertionError("a task or surroundings that could not be made left no issue")
     return Cell(
         task=task,
-        arms=tuple(arm for arm in arms if arm is not None),
+        arms=tuple(arms),
         max_joint_step=min(request.max_joint_step, pi),
         name=request.name,
         surroundings=surroundings,
@@ -88,26 +86,3 @@ def _check_names(request: LayoutRequest, issues: Issues) -> None:
             issues.add(
                 f"/arms/{index}/name", f"Another arm is called {name!r} too; names must be unique. Rename one of them."
             )
-
-
-def _task(task: Task, issues: Issues) -> ModelTask | None:
-    """The poses of a task, or None if issues had to be noted."""
-    before = len(issues.found)
-    if isinstance(task, PosesTask):
-        poses = [pose_of(pose, f"/task/poses/{index}", issues) for index, pose in enumerate(task.poses)]
-        if len(issues.found) == before:
-            with issues.at("/task"):
-                return task_from_poses(poses)
-        return None
-    pointer, path = ("/task/line", task.line) if isinstance(task, LineTask) else ("/task/arc", task.arc)
-    start = pose_of(path.start, f"{pointer}/start", issues)
-    end = pose_of(path.end, f"{pointer}/end", issues)
-    if len(issues.found) > before:
-        return None
-    with issues.at(pointer):
-        if isinstance(path, ArcByCenter):
-            return arc_through_center(start, end, path.center, path.count)
-        if isinstance(path, ArcByRadius):
-            return arc_about_normal(start, end, path.radius, path.normal, path.count)
-        return line(start, end, path.count)
-    return None

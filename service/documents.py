@@ -14,6 +14,7 @@ from optimizer.layout import (
     Baseline,
     BaselineArm,
     Certificate,
+    JobShare,
     Layout,
     PenaltyCycle,
     Placement,
@@ -30,6 +31,7 @@ def result_document(layout: Layout, request_hash: str) -> dict[str, Any]:
     return {
         "outcome": layout.outcome.value,
         "objective": finite(layout.objective),
+        "jobs": [_job(job) for job in layout.jobs],
         "arms": [_placement(placement) for placement in layout.placements],
         "reasons": [_reason(reason) for reason in layout.reasons],
         "proved": layout.proved,
@@ -86,6 +88,16 @@ def _alternative(alternative: Alternative) -> dict[str, Any]:
         "arms": [_placement(placement) for placement in alternative.placements],
         "clearances": clearances_document(alternative.clearances),
         "note": alternative.note,
+    }
+
+
+def _job(job: JobShare) -> dict[str, Any]:
+    return {
+        "name": job.name,
+        "first_pose": job.first_pose,
+        "poses": job.poses,
+        "weight": job.weight,
+        "objective": finite(job.objective),
     }
 
 

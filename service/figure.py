@@ -1,8 +1,8 @@
 """The floor plan of a layout: a drawing of the cell from above, in metres, as SVG, PDF or PNG.
 
 Drawn are the path of the part with the grasps, every base with its yaw, the arms at the first, the middle and the last
-pose, the region each base could be chosen from, and the circle its flange cannot leave. The colours stay apart for the
-colour-blind; names stand beside every base, so that the drawing survives a black-and-white printer too.
+pose of every job, the region each base could be chosen from, and the circle its flange cannot leave. The colours stay
+apart for the colour-blind; names stand beside every base, so that the drawing survives a black-and-white printer too.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ from models.cell import Cell
 from models.kinematics import reach_sphere
 from models.pose import rotation_about, rotation_z, transform
 from models.robot import Robot
+from models.task import Task
 from service.convert import cell_of
 from service.schemas.request import LayoutRequest
 from service.validation import validate
@@ -108,9 +109,9 @@ def arm_points(robot: Robot, joints: Floats, tool: Floats) -> Floats:
     return np.stack(points, axis=1)
 
 
-def _shown_poses(count: int) -> list[int]:
-    """First, middle and last."""
-    return sorted({0, count // 2, count - 1})
+def _shown_poses(task: Task) -> list[int]:
+    """First, middle and last of every job."""
+    return sorted({pose for job in task.jobs for pose in (job.start, (job.start + job.stop) // 2, job.stop - 1)})
 
 
 def _draw_regions(axes: Axes, cell: Cell) -> None:
@@ -131,15 +132,16 @@ def _draw_arm(axes: Axes, cell: Cell, arm: Arm, placed: Mapping[str, Any], colou
     position, yaw = np.array(placed["base"]["position"]), float(placed["base"]["yaw"])
     base_in_world = transform(rotation_z(yaw), position)
     joints = np.array(placed["joints"])
-    shown = _shown_poses(len(joints))
+    shown = _shown_poses(cell.task)
+    middles = [(job.start + job.stop) // 2 for job in cell.task.jobs]
     points_in_base = arm_points(arm.robot, joints[shown], arm.tool)
     points = points_in_base @ base_in_world[:3, :3].T + position
     for index, line in zip(shown, points, strict=True):
-        middle = index == len(joints) // 2
+        middle = index in middles
         style: dict[str, Any] = (
             {"lw": 2.6, "alpha": 0.95, "ms": 3.4} if middle else {"lw": 1.3, "alpha": 0.4, "ms": 2.0}
         )
-        label = f"{arm.name}: {arm.robot.name}" if middle else None
+        label = f"{arm.name}: {arm.robot.name}" if index == middles[0] else None
         axes.plot(*line[:, :2].T, color=colour, marker="o", solid_capstyle="round", zorder=4, label=label, **style)
     _draw_reach(axes, cell, arm, base_in_world, colour)
     _draw_base(axes, arm, position, yaw, colour)
@@ -186,29 +188,36 @@ def _draw_reach(axes: Axes, cell: Cell, arm: Arm, base_in_world: Floats, colour:
 
 
 def _draw_part(axes: Axes, cell: Cell) -> None:
-    """The way of the object's origin, and what the grasps span at some poses."""
+    """The way of the object's origin in every job, and what the grasps span at some poses."""
     poses = cell.task.poses
-    grasps = np.stack([poses @ arm.grasp for arm in cell.arms])[:, :, :2, 3]  # (arms, m, 2)
-    for index in _shown_poses(len(poses)):
+    grasps = np.stack([poses @ cell.grasps(arm) for arm in cell.arms])[:, :, :2, 3]  # (arms, m, 2)
+    for index in _shown_poses(cell.task):
         held = np.concatenate([grasps[:1, index], poses[None, index, :2, 3], grasps[1:, index]])
         axes.plot(*held.T, color=PART, lw=5.0, alpha=0.25, solid_capstyle="round", zorder=3)
-    x, y = poses[:, 0, 3], poses[:, 1, 3]
-    axes.plot(x, y, color=PART, lw=1.0, marker="o", ms=2.6, zorder=8, label="part: poses of its origin")
-    for index, neighbour in ((0, 1), (-1, -2)):
-        outward = poses[index, :2, 3] - poses[neighbour, :2, 3]
-        length = float(np.linalg.norm(outward))
-        offset = 9.0 * outward / length if length > 0.0 else np.array([9.0, 9.0]) * (1.0 if index else -1.0)
-        axes.annotate(
-            str(index % len(poses)),  # counted from 0, as reasons and joints are
-            (x[index], y[index]),
-            xytext=(offset[0], offset[1]),
-            textcoords="offset points",
-            ha="center",
-            va="center",
-            color=PART,
-            zorder=9,
-            path_effects=[withStroke(linewidth=2.0, foreground="white")],
-        )
+    for job in cell.task.jobs:
+        x, y = poses[job, 0, 3], poses[job, 1, 3]
+        label = "part: poses of its origin" if job.start == 0 else None
+        axes.plot(x, y, color=PART, lw=1.0, marker="o", ms=2.6, zorder=8, label=label)
+        for index, neighbour in ((0, 1), (-1, -2)):
+            _number_pose(axes, job, np.stack([x, y], axis=-1), index, neighbour)
+
+
+def _number_pose(axes: Axes, job: slice, places: Floats, index: int, neighbour: int) -> None:
+    """The number of an end of a job (m, 2), written beyond it."""
+    outward = places[index] - places[neighbour]
+    length = float(np.linalg.norm(outward))
+    offset = 9.0 * outward / length if length > 0.0 else np.array([9.0, 9.0]) * (1.0 if index else -1.0)
+    axes.annotate(
+        str(job.start + index % len(places)),  # counted from 0 through all jobs, as reasons and joints are
+        (places[index, 0], places[index, 1]),
+        xytext=(offset[0], offset[1]),
+        textcoords="offset points",
+        ha="center",
+        va="center",
+        color=PART,
+        zorder=9,
+        path_effects=[withStroke(linewidth=2.0, foreground="white")],
+    )
 
 
 def _set_up(axes: Axes, cell: Cell, result: Mapping[str, Any]) -> None:

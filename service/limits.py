@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from service.amounts import CODE
-from service.issues import InvalidRequest, Issue
+from service.issues import InvalidRequest, Issue, pointer_of
 from service.schemas.arm import Arm, DhTable
 from service.schemas.coupling import Direction, Distance, Mirror, Rail
 from service.schemas.request import LayoutRequest
-from service.schemas.task import ArcByCenter, ArcByRadius, ArcTask, LineTask, PosesTask
+from service.schemas.task import ArcByCenter, ArcByRadius, ArcTask, PosesTask, Task
 from service.settings import Limits
 
 
@@ -61,19 +61,12 @@ def _wide(request: LayoutRequest, limits: Limits) -> Iterator[Issue]:
 
 def _lengths(request: LayoutRequest) -> Iterator[tuple[str, list[float]]]:
     """Every length of a request, with its place."""
-    task = request.task
-    if isinstance(task, PosesTask):
-        for index, pose in enumerate(task.poses):
-            yield f"/task/poses/{index}/position", pose.position
-    else:
-        name = "line" if isinstance(task, LineTask) else "arc"
-        path = task.arc if isinstance(task, ArcTask) else task.line
-        yield f"/task/{name}/start/position", path.start.position
-        yield f"/task/{name}/end/position", path.end.position
-        if isinstance(path, ArcByCenter):
-            yield "/task/arc/center", path.center
-        elif isinstance(path, ArcByRadius):
-            yield "/task/arc/radius", [path.radius]
+    if request.task is not None:
+        yield from _lengths_of_task("/task", request.task)
+    for index, job in enumerate(request.tasks or []):
+        yield from _lengths_of_task(f"/tasks/{index}/task", job.task)
+        for name, pose in job.grasps.items():
+            yield pointer_of(["tasks", index, "grasps", name, "position"]), pose.position
     for index, arm in enumerate(request.arms):
         at = f"/arms/{index}"
         yield f"{at}/tool/position", arm.tool.position
@@ -81,6 +74,21 @@ def _lengths(request: LayoutRequest) -> Iterator[tuple[str, list[float]]]:
         for name in ("x", "y", "z"):
             yield f"{at}/base/{name}", as_list(getattr(arm.base, name))
     yield from _lengths_of_floor_and_couplings(request)
+
+
+def _lengths_of_task(at: str, task: Task) -> Iterator[tuple[str, list[float]]]:
+    """Positions, and what defines an arc."""
+    if isinstance(task, PosesTask):
+        for index, pose in enumerate(task.poses):
+            yield f"{at}/poses/{index}/position", pose.position
+        return
+    at, path = (f"{at}/arc", task.arc) if isinstance(task, ArcTask) else (f"{at}/line", task.line)
+    yield f"{at}/start/position", path.start.position
+    yield f"{at}/end/position", path.end.position
+    if isinstance(path, ArcByCenter):
+        yield f"{at}/center", path.center
+    elif isinstance(path, ArcByRadius):
+        yield f"{at}/radius", [path.radius]
 
 
 def _lengths_of_floor_and_couplings(request: LayoutRequest) -> Iterator[tuple[str, list[float]]]:

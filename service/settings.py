@@ -21,6 +21,7 @@ class Limits(BaseSettings):
 
     max_body: int = Field(default=8_000_000, gt=0, description="bytes of a request body")
     max_poses: int = Field(default=5000, ge=2, description="poses of a task")
+    max_jobs: int = Field(default=16, ge=1, description="jobs of a family")
     max_arms: int = Field(default=8, ge=1, description="arms of a cell")
     max_coordinate: float = Field(default=1e4, gt=0.0, description="m, size of any coordinate")
     max_angle: float = Field(default=63.0, gt=0.0, description="rad, size of a joint limit or yaw: ten turns")

@@ -12,7 +12,7 @@ from service.schemas.base import Label, NotNegative, Strict
 from service.schemas.coupling import Coupling
 from service.schemas.shapes import BOX, Obstacle
 from service.schemas.surroundings import Clearance, Floor, Part
-from service.schemas.task import LINE, Task
+from service.schemas.task import JOBS, LINE, FamilyJob, Task
 
 PI_AS_PRINTED = 3.1416
 """Largest accepted max_joint_step: π, rounded up as people write it."""
@@ -73,7 +73,17 @@ class LayoutRequest(Strict):
     model_config = ConfigDict(json_schema_extra={"examples": [EXAMPLE]})
 
     name: Label = Field(default="", description="Label of the layout.", examples=["line"])
-    task: Task = Field(description="What the object does: exactly one of poses, line, arc.", examples=[{"line": LINE}])
+    task: Task | None = Field(
+        default=None,
+        description="What the object does: exactly one of poses, line, arc. Either this or `tasks` is needed.",
+        examples=[{"line": LINE}],
+    )
+    tasks: list[FamilyJob] | None = Field(
+        default=None,
+        min_length=1,
+        description="Several jobs for one layout, each arm in the same posture in all of them; in place of `task`.",
+        examples=[JOBS],
+    )
     arms: list[Arm] = Field(
         min_length=1, description="The arms that carry the object together.", examples=[EXAMPLE["arms"]]
     )

@@ -32,7 +32,8 @@ class ArmResult(Answer):
     )
     objective: float | None = Field(description="This arm's part of the objective.", examples=[68.48])
     joints: list[list[float]] = Field(
-        description="Joint values in rad, one row per pose.", examples=[[[0.1, -0.5, 2.4, 0.3, 0.2, 0.1]]]
+        description="Joint values in rad, one row per pose, job after job.",
+        examples=[[[0.1, -0.5, 2.4, 0.3, 0.2, 0.1]]],
     )
     minimum_margin: float | None = Field(
         description="rad, smallest distance of any joint to its limits over the path; null if no joint has limits.",
@@ -164,8 +165,20 @@ class Verification(Answer):
 
     max_position_error: float = Field(description="m.", examples=[1e-12])
     max_orientation_error: float = Field(description="rad.", examples=[1e-12])
-    max_joint_step: float = Field(description="rad between consecutive poses.", examples=[0.4])
+    max_joint_step: float = Field(description="rad between consecutive poses of a job.", examples=[0.4])
     limits_respected: bool = Field(description="Joints and bases are inside their limits.", examples=[True])
+
+
+class JobResult(Answer):
+    """One job of the task: which rows of `joints` are its own, and what it costs."""
+
+    name: str = Field(description="Its name in the request; empty for a plain task.", examples=["carry"])
+    first_pose: int = Field(description="Its first pose, counted from 0 through all jobs.", examples=[0])
+    poses: int = Field(description="How many poses it has.", examples=[10])
+    weight: float = Field(description="What each of its poses counts for.", examples=[1.0])
+    objective: float | None = Field(
+        description="Its part of the objective, weight included; null if an arm has no placement.", examples=[155.2]
+    )
 
 
 class LayoutResult(Answer):
@@ -177,8 +190,11 @@ class LayoutResult(Answer):
         examples=["optimal"],
     )
     objective: float | None = Field(
-        description="E = Σ_arms Σ_j Σ_i w_i (q_ij - q*_i)²; null if an arm has no placement.", examples=[155.2]
+        description="E = Σ_arms Σ_j Σ_i w_i (q_ij - q*_i)², each pose j times the weight of its job; null if an arm "
+        "has no placement.",
+        examples=[155.2],
     )
+    jobs: list[JobResult] = Field(description="The jobs in the order of the request; one for a plain task.")
     arms: list[ArmResult] = Field(description="Placements of the arms that work, in the order of the request.")
     reasons: list[Reason] = Field(description="Why not, for those that do not.", examples=[[]])
     proved: bool = Field(

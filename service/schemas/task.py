@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field, Tag
 
-from service.schemas.base import Strict, Vector3, exactly_one_of
+from service.schemas.base import Label, NotNegative, Strict, Vector3, exactly_one_of
 from service.schemas.pose import Pose
 
 LINE_START = {"position": [0.73, 0.35, 0.1], "orientation": {"rpy": [0.0, 0.0, -0.785398]}}
@@ -87,3 +87,30 @@ Task = Annotated[
     Annotated[PosesTask, Tag("@poses")] | Annotated[LineTask, Tag("@line")] | Annotated[ArcTask, Tag("@arc")],
     exactly_one_of("poses", "line", "arc"),
 ]
+
+JOBS = [
+    {"name": "carry", "task": {"line": LINE}},
+    {"name": "turn", "task": {"arc": ARC}, "weight": 0.5},
+]
+
+
+class FamilyJob(Strict):
+    """One of several jobs that the same layout has to serve."""
+
+    name: Label = Field(min_length=1, description="Label, unique in the request.", examples=["carry"])
+    task: Task = Field(
+        description="What the object does in this job: exactly one of poses, line, arc. Nothing is planned from the "
+        "end of one job to the start of the next.",
+        examples=[{"line": LINE}],
+    )
+    weight: NotNegative = Field(
+        default=1.0,
+        le=1e6,
+        description="What each pose of this job counts for in the objective; 0: the job only has to be possible.",
+        examples=[1.0],
+    )
+    grasps: dict[str, Pose] = Field(
+        default={},
+        description="Name of an arm -> its TCP in the object frame in this job; the other arms keep their `grasp`.",
+        examples=[{"main": {"position": [0.0, 0.1, 0.0], "orientation": {"quaternion": [0.0, 0.0, 0.0, 1.0]}}}],
+    )

@@ -52,6 +52,9 @@ def assert_sound(cell: Cell, layout: Layout) -> None:
     assert layout.reasons == ()
     worst = [assert_placed(cell, arm, p) for arm, p in zip(cell.arms, layout.placements, strict=True)]
     assert layout.objective == pytest.approx(sum(p.objective for p in layout.placements), rel=1e-12)
+    assert [(job.first_pose, job.poses) for job in layout.jobs] == [(j.start, j.stop - j.start) for j in cell.task.jobs]
+    assert [job.name for job in layout.jobs] == list(cell.task.names)
+    assert layout.objective == pytest.approx(sum(job.objective for job in layout.jobs), rel=1e-12)
     check = layout.verification
     assert check is not None
     assert check.limits_respected
@@ -72,8 +75,8 @@ def assert_placed(cell: Cell, arm: Arm, placement: Placement) -> tuple[float, fl
     joints = placement.joints
     assert joints.shape == (len(cell.task), arm.dof)
     away = turned = 0.0
-    for pose, q in zip(cell.task.poses, joints, strict=True):
-        have, want = reached(arm, placement.position, placement.yaw, q), pose @ arm.grasp
+    for pose, grasp, q in zip(cell.task.poses, cell.grasps(arm), joints, strict=True):
+        have, want = reached(arm, placement.position, placement.yaw, q), pose @ grasp
         away = max(away, float(np.linalg.norm(have[:3, 3] - want[:3, 3])))
         turned = max(turned, turn_between(want, have))
     assert away <= 1e-6
@@ -83,9 +86,10 @@ def assert_placed(cell: Cell, arm: Arm, placement: Placement) -> tuple[float, fl
     place = np.array([*placement.position, placement.yaw])
     assert np.all(place >= arm.base.bounds[:, 0] - 1e-9)
     assert np.all(place <= arm.base.bounds[:, 1] + 1e-9)
-    step = float(np.max(np.abs(np.diff(joints, axis=0)), initial=0.0))
+    step = max(float(np.max(np.abs(np.diff(joints[job], axis=0)), initial=0.0)) for job in cell.task.jobs)
     assert step <= cell.max_joint_step + 1e-9
-    assert placement.objective == pytest.approx(float(np.sum(arm.weights * (joints - arm.reference) ** 2)), rel=1e-9)
+    cost = float(np.sum(cell.task.weights @ (arm.weights * (joints - arm.reference) ** 2)))
+    assert placement.objective == pytest.approx(cost, rel=1e-9)
     margins = np.minimum(joints - arm.lower, arm.upper - joints).min(axis=0)
     assert placement.joint_margins == pytest.approx(margins, abs=1e-12)
     assert placement.minimum_margin == pytest.approx(margins.min(), abs=1e-12)

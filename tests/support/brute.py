@@ -72,32 +72,38 @@ def _paths(robot: Robot, layers: list[np.ndarray]) -> list[np.ndarray]:
 
 
 def path_cost(cell: Cell, arm: Arm, path: np.ndarray) -> float:
-    """Least objective of a path (m, 6) modulo 2π with joint 1 for yaw 0."""
-    steps = wrapped(np.diff(path, axis=0))
-    if np.max(np.abs(steps), initial=0.0) > cell.max_joint_step:
-        return USELESS
-    path = np.concatenate([path[:1], path[:1] + np.cumsum(steps, axis=0)])
-    total = _yaw_cost(arm, path[:, 0])
-    for i in range(1, 6):
-        lifted = path[:, i] + TURN * np.array(TURNS)[:, None]
-        inside = np.all((lifted >= arm.lower[i]) & (lifted <= arm.upper[i]), axis=1)
-        if not inside.any():
+    """Least objective of a path (m, 6) modulo 2π with joint 1 for yaw 0; the jobs of a family have their own turns."""
+    total, firsts = 0.0, []
+    for job in cell.task.jobs:
+        steps = wrapped(np.diff(path[job], axis=0))
+        if np.max(np.abs(steps), initial=0.0) > cell.max_joint_step:
             return USELESS
-        total += arm.weights[i] * np.sum((lifted[inside] - arm.reference[i]) ** 2, axis=1).min()
-    return float(total)
+        way = np.concatenate([path[job][:1], path[job][:1] + np.cumsum(steps, axis=0)])
+        firsts.append(way[:, 0])
+        for i in range(1, 6):
+            lifted = way[:, i] + TURN * np.array(TURNS)[:, None]
+            inside = np.all((lifted >= arm.lower[i]) & (lifted <= arm.upper[i]), axis=1)
+            if not inside.any():
+                return USELESS
+            errors = cell.task.weights[job] * (lifted[inside] - arm.reference[i]) ** 2
+            total += arm.weights[i] * np.sum(errors, axis=1).min()
+    return float(total + _yaw_cost(arm, firsts, cell.task.weights))
 
 
-def _yaw_cost(arm: Arm, first: np.ndarray) -> float:
-    """Least cost of joint 1 over every allowed yaw and turn."""
+def _yaw_cost(arm: Arm, firsts: list[np.ndarray], weights: np.ndarray) -> float:
+    """Least cost of joint 1 over every allowed yaw and every turn of every job."""
     sigma = chain_of(arm.robot).vertical_sign
     best = USELESS
-    for turn in range(-6, 7):
-        ends = [-sigma * yaw + TURN * turn for yaw in (arm.base.yaw.low, arm.base.yaw.high)]
-        low = max(min(ends), arm.lower[0] - first.min())
-        high = min(max(ends), arm.upper[0] - first.max())
-        if low <= high:
-            shift = min(max(arm.reference[0] - first.mean(), low), high)
-            best = min(best, arm.weights[0] * float(np.sum((first + shift - arm.reference[0]) ** 2)))
+    for others in product(TURNS, repeat=len(firsts) - 1):  # of the later jobs against the first
+        first = np.concatenate([way + TURN * turn for way, turn in zip(firsts, (0, *others), strict=True)])
+        for turn in range(-6, 7):
+            ends = [-sigma * yaw + TURN * turn for yaw in (arm.base.yaw.low, arm.base.yaw.high)]
+            low = max(min(ends), arm.lower[0] - first.min())
+            high = min(max(ends), arm.upper[0] - first.max())
+            if low <= high:
+                wanted = arm.reference[0] - (np.average(first, weights=weights) if weights.any() else first.mean())
+                shift = min(max(wanted, low), high)
+                best = min(best, arm.weights[0] * float(np.sum(weights * (first + shift - arm.reference[0]) ** 2)))
     return best
 
 

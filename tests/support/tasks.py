@@ -53,7 +53,7 @@ def possible(
         given: further fields of the arm.
     """
     arm = make_arm(robot, **given)
-    joints = _path(arm, rng, poses, step)
+    joints = way_of_joints(arm, rng, poses, step)
     if tight is not None:
         lower = np.maximum(arm.lower, joints.min(axis=0) - tight * rng.uniform(0.3, 1.0, arm.dof))
         upper = np.minimum(arm.upper, joints.max(axis=0) + tight * rng.uniform(0.3, 1.0, arm.dof))
@@ -73,7 +73,7 @@ def possible(
     return Possible(Cell(Task(object_in_world), (arm,), max_joint_step), position, yaw, joints)
 
 
-def _path(arm: Arm, rng: np.random.Generator, poses: int, step: float) -> np.ndarray:
+def way_of_joints(arm: Arm, rng: np.random.Generator, poses: int, step: float) -> np.ndarray:
     """(poses, n) rad inside the limits, away from singularities, in one posture."""
     length = characteristic_length(arm.robot)
     way = np.linspace(0.0, 1.0, poses)[:, None]

@@ -1,0 +1,46 @@
+"""Families that are possible by construction: several short ways of one arm from one base, in one posture."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from models.family import Job, family
+from models.kinematics import flange_poses
+from models.pose import inverse
+from models.task import Task
+from tests.support.signs import axis_signs
+from tests.support.tasks import Possible, possible, way_of_joints
+
+
+def possible_family(
+    robot,
+    rng: np.random.Generator,
+    weights: tuple[float, ...] = (1.0, 1.0),
+    poses: int = 4,
+    step: float = 0.12,
+    **given,
+) -> Possible:
+    """A random possible family.
+
+    Args:
+        robot: a name or a robot.
+        rng: source of chance.
+        weights: of the jobs; there are as many.
+        poses: of each job. step: rad, typical change of a joint between them.
+        given: as for `tests.support.tasks.possible`.
+    """
+    first = possible(robot, rng, poses=poses, step=step, **given)
+    arm = first.arm
+    signs = axis_signs(arm.robot, first.joints)
+    base = arm.base_in_world(first.position, first.yaw)
+    ways = [first.joints]
+    while len(ways) < len(weights):
+        joints = way_of_joints(arm, rng, poses, step)
+        if signs is None or np.all(axis_signs(arm.robot, joints) == signs[0]):
+            ways.append(joints)
+    tasks = [Task(base @ flange_poses(arm.robot, joints) @ arm.tool @ inverse(arm.grasp)) for joints in ways]
+    names = "abcdefgh"
+    jobs = [Job(names[k], task, weight) for k, (task, weight) in enumerate(zip(tasks, weights, strict=True))]
+    return replace(first, cell=replace(first.cell, task=family(jobs)), joints=np.concatenate(ways))

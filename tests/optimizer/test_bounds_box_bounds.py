@@ -44,12 +44,37 @@ def test_no_sample_of_a_box_scores_below_its_bound(name):
     assert good > 0.4 * pairs  # sound and not vacuous
 
 
-@pytest.mark.parametrize("name", ["puma560", "ur5e"])
-def test_bounds_close_as_boxes_shrink(name):
+@pytest.mark.parametrize("name", ["puma560", "irb6700", "ur10e", "cr5"])
+def test_no_sample_of_a_box_scores_below_the_bound_of_a_family(name):
+    """Two or three jobs with weights (0 too), some of one pose, some with a part at rest; one yaw for all of them."""
+    rng = np.random.default_rng(sum(map(ord, name)) + 2)
+    pairs, good, trial = 0, 0, 0
+    while pairs < 400:
+        trial += 1
+        problem = random_problem(name, rng, mounted=trial % 3 == 2, jobs=2 + trial % 2)
+        boxes = boxes_around(problem, BOXES, rng)
+        if boxes is None:
+            continue
+        found = BoxBounder.of(problem).bounds(boxes, np.inf)
+        best = np.full(len(boxes), np.inf)
+        for number in range(SAMPLES):
+            places = found.promising if number == 0 else members(boxes, rng, number)
+            best = np.minimum(best, attained(problem, boxes, places))
+            assert np.all(found.lower <= best * (1.0 + 1e-9) + 1e-9)
+        usable = np.isfinite(best)
+        pairs += int(usable.sum())
+        good += int(np.sum(found.lower[usable] > 0.9 * best[usable]))
+    assert good > 0.4 * pairs
+
+
+@pytest.mark.parametrize(("name", "jobs"), [("puma560", 1), ("ur5e", 1), ("puma560", 3), ("ur5e", 2)])
+def test_bounds_close_as_boxes_shrink(name, jobs):
     rng = np.random.default_rng(4)
-    problem = random_problem(name, rng)
-    while (boxes := boxes_around(problem, 40, rng)) is None:
-        problem = random_problem(name, rng)
+    problem = random_problem(name, rng, jobs=jobs)
+    while (boxes := boxes_around(problem, 40, rng)) is None or (
+        problem.weights is not None and not problem.weights.all()
+    ):
+        problem = random_problem(name, rng, jobs=jobs)
     tiny = Boxes(boxes.centre, np.minimum(boxes.half, 1e-7), boxes.posture)
     found = BoxBounder.of(problem).bounds(tiny, np.inf)
     cost = attained(problem, tiny, tiny.centre)

@@ -46,10 +46,12 @@ def random_problem(
     Args:
         name: see `robot_called`. rng: source of chance.
         mounted: the base may hang or stand on a wall. level: its z is fixed; else sometimes.
-        jobs: how many such paths, all with the same grasp; from 2 on with weights.
+        jobs: how many such paths, all with the same grasp; from 2 on with weights, the last one sometimes at rest.
     """
     chain = robot_called(name)
     paths = [_path(chain, rng) for _ in range(jobs)]
+    if jobs > 1 and rng.random() < 0.3:
+        paths[-1] = Task(np.repeat(paths[-1].poses[:1], 3, axis=0))
     task = paths[0] if jobs == 1 else family([Job("", path, float(rng.choice([0.0, 0.5, 1.0, 3.0]))) for path in paths])
     arm = _arm(name, chain, rng, mounted, level)
     problem = reduced_problem(Cell(task, (arm,), max_joint_step=float(rng.choice([0.6, pi / 2, pi]))), arm)

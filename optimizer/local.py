@@ -52,7 +52,7 @@ def solve_locally(cell: Cell, arm: Arm, start: ArmPoint, deadline: float) -> Sol
         steps = True
         result = _solve(cell, arm, start, deadline, keep_shoulder=keep, steps=True)
     if result.status.has_point and arm.min_conditioning is not None:
-        values, _ = _conditioning_gradients(arm, result.points[0].joints)
+        values, _ = conditioning_gradients(arm, result.points[0].joints)
         if np.min(values) < arm.min_conditioning:
             held = _keep_conditioning(cell, arm, start, deadline, steps)
             return held or _keep_conditioning(cell, arm, start, deadline, steps, TRUST) or result
@@ -97,7 +97,7 @@ def _keep_conditioning(
     """
     wanted = float(arm.min_conditioning or 0.0)
     point, before = start, np.inf
-    values, gradients = _conditioning_gradients(arm, point.joints)
+    values, gradients = conditioning_gradients(arm, point.joints)
     best: Solve | None = None
     for _ in range(CUT_ROUNDS):
         cuts = _cuts(point.joints, wanted, values, gradients)
@@ -107,7 +107,7 @@ def _keep_conditioning(
             break
         lowest = -np.inf
         if result.status.has_point:
-            new_values, new_gradients = _conditioning_gradients(arm, result.points[0].joints)
+            new_values, new_gradients = conditioning_gradients(arm, result.points[0].joints)
             lowest = float(np.min(new_values))
         if not result.status.has_point and not np.isfinite(radius):
             break
@@ -123,18 +123,13 @@ def _keep_conditioning(
     return best
 
 
-def conditioning_cuts(arm: Arm, joints: Floats) -> Cuts:
-    """Tangents of σmin/σmax >= min_conditioning at a path (m, n), where it comes near that."""
-    return _cuts(joints, float(arm.min_conditioning or 0.0), *_conditioning_gradients(arm, joints))
-
-
 def _cuts(joints: Floats, wanted: float, values: Floats, gradients: Floats) -> Cuts:
     near = values < 2.0 * wanted
     bounds = np.where(near, wanted * (1.0 + NUDGE) - values + np.sum(gradients * joints, axis=1), -np.inf)
     return Cuts(np.where(near[:, None], gradients, 0.0), bounds)
 
 
-def _conditioning_gradients(arm: Arm, joints: Floats) -> tuple[Floats, Floats]:
+def conditioning_gradients(arm: Arm, joints: Floats) -> tuple[Floats, Floats]:
     """σmin/σmax (m,) and its derivative by the joints (m, n), by central differences."""
     chain, length = chain_of(arm.robot), characteristic_length(arm.robot)
     m, n = joints.shape

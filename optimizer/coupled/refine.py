@@ -1,4 +1,8 @@
-"""From a start to the nearest best layout that keeps every distance: sequential programs with renewed distance rows."""
+"""From a start to the nearest best layout that keeps every distance: sequential quadratic programs.
+
+Every iterate is a real layout: its arms are exactly on their tasks (`manifold`). Around it the objective is a quadratic
+and all constraints are linear rows, renewed at every step; a trust region and one slack for all rows keep that honest.
+"""
 
 from __future__ import annotations
 
@@ -8,19 +12,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from models.arrays import Floats
 from models.cell import Cell
 from models.surroundings import PairClass
 from optimizer.clearance import PathClearance
-from optimizer.coupled.program import solve_coupled
-from optimizer.coupled.rows import Look, look
+from optimizer.coupled.look import Look, look
+from optimizer.coupled.manifold import Unknowns, move
+from optimizer.coupled.quadratic import Quadratic, quadratic
 from optimizer.coupled.scene import LIMITS, Scene
-from optimizer.measure import place
+from optimizer.coupled.step import best_step
+from optimizer.measure import placed
 from optimizer.program import ArmPoint
 
 ROUNDS = 25
 """Programs that one refinement may solve for one set of cushions."""
 RADIUS, SMALLEST_RADIUS, LARGEST_RADIUS = 0.1, 1e-5, 0.4
-"""m that a base may move in a round: at first, before giving up, at most."""
+"""m that a base may move in a round along each axis: at first, before giving up, at most."""
+TURN, SPARE = 3.0, 3.0
+"""rad per m of that radius that a base may turn, and that a joint may move by the spare motion of a redundant arm."""
 WORTH = 1e-5
 """Relative fall of the merit below which a round was the last one."""
 STUCK = 5, 0.02
@@ -71,11 +80,12 @@ def refine(scene: Scene, start: Sequence[ArmPoint], deadline: float, known: Sequ
         known: layouts reached from other starts; one that the way leads to is the answer, without going all of it.
     """
     cushions = dict.fromkeys(PairClass, CUSHION)
-    asked = scene
+    asked, cell = scene, scene.cell
     best: Refined | None = None
     points, rounds = tuple(start), 0
     for _ in range(DIPS + 1):
-        here, used = _descend(asked, look(scene, points, cushions), cushions, deadline, known)
+        seen = look(asked, Unknowns.of(cell), points, cushions)
+        here, used = _descend(asked, seen, cushions, deadline, known)
         rounds += used
         for other in known:
             if nearby(here.points, other.points, SAME_BASIN):
@@ -97,12 +107,12 @@ def refine(scene: Scene, start: Sequence[ArmPoint], deadline: float, known: Sequ
 
 
 def _away_from_singularities(scene: Scene, clearance: PathClearance, points: Sequence[ArmPoint]) -> Scene:
-    """The scene with arms that lose their way between two poses kept farther from singularities, where ways are lost."""
+    """The scene with arms that lose their way between two poses kept farther from singularities, where that happens."""
     lost = {one.arm for one in clearance.breaks}
     arms = []
     for arm, point in zip(scene.cell.arms, points, strict=True):
         if arm.name in lost:
-            now = place(arm, point).minimum_conditioning
+            now = placed(scene.cell, arm, point).minimum_conditioning
             arm = replace(arm, min_conditioning=max(FARTHER * now, SINGULAR, arm.min_conditioning or 0.0))
         arms.append(arm)
     return replace(scene, cell=replace(scene.cell, arms=tuple(arms)))
@@ -124,29 +134,45 @@ def _descend(
     scene: Scene, here: Look, cushions: dict[PairClass, float], deadline: float, known: Sequence[Refined]
 ) -> tuple[Look, int]:
     """Trust-region steps on the merit ``E + price · max(0, lack)``."""
-    price = price_of(scene.cell)
-    radius = max(RADIUS, 1.5 * scene.tie_lack(here.points))
+    unknowns, price, radius = Unknowns.of(scene.cell), price_of(scene.cell), RADIUS
     merits = [_merit(here, price)]
+    model: Quadratic | None = None
     for round_ in range(ROUNDS):
         if radius < SMALLEST_RADIUS or time.perf_counter() > deadline or _stuck(here, merits):
             return here, round_
-        result = solve_coupled(scene.cell, here.points, here.rows, radius, price, deadline)
-        if not result.accurate:
+        model = model or quadratic(scene.cell, here.points, here.along, unknowns)
+        step = best_step(model, here.rows, *_reach(scene.cell, here.points, unknowns, radius), price)
+        moved = None if step is None else move(scene.cell, here.points, here.along, unknowns, step.step)
+        if step is None or moved is None:
             radius *= 0.3
             continue
-        there = look(scene, result.points, cushions)
-        promised = merits[-1] - (scene.objective(result.points) + price * result.slack)
+        there = look(scene, unknowns, moved, cushions)
+        promised = price * (max(here.lack, 0.0) - step.slack) - model.change(step.step)
         gained = merits[-1] - _merit(there, price)
         if gained < POOR * promised:
             radius *= 0.4
         elif gained > GOOD * promised:
             radius = min(2.0 * radius, LARGEST_RADIUS)
         if gained > 0.0:
-            here = there
+            here, model = there, None
         merits.append(_merit(here, price))
         if promised <= WORTH * max(merits[-1], 1e-9) or any(nearby(here.points, k.points, SAME_BASIN) for k in known):
             return here, round_ + 1
     return here, ROUNDS
+
+
+def _reach(cell: Cell, points: Sequence[ArmPoint], unknowns: Unknowns, radius: float) -> tuple[Floats, Floats]:
+    """(C,) bounds of a step: the trust region, and the base regions."""
+    lower, upper = np.full(unknowns.count, -SPARE * radius), np.full(unknowns.count, SPARE * radius)
+    for a, (arm, point) in enumerate(zip(cell.arms, points, strict=True)):
+        own, region = unknowns.base(a), arm.base.bounds
+        if arm.base.yaw_free:
+            region[3] = -np.inf, np.inf
+        place = np.array([*point.position, point.yaw])
+        reach = np.array([radius] * 3 + [TURN * radius])
+        lower[own] = np.maximum(-reach, np.minimum(region[:, 0] - place, 0.0))
+        upper[own] = np.minimum(reach, np.maximum(region[:, 1] - place, 0.0))
+    return lower, upper
 
 
 def _stuck(here: Look, merits: Sequence[float]) -> bool:

@@ -36,6 +36,11 @@ class Samples:
     jobs: Ints
     followed: bool
 
+    @property
+    def poses(self) -> Ints:
+        """(m,) numbers of the samples at the poses."""
+        return np.flatnonzero((self.fraction == 0.0) | (self.fraction == 1.0))
+
 
 def sample_path(cell: Cell, path: ObjectPath, bases: Floats, points: Sequence[ArmPoint]) -> Samples:
     """Sample a layout's path.

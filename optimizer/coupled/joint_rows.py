@@ -1,0 +1,95 @@
+"""Rows that keep every arm inside its own constraints: limits, posture, joint steps, conditioning."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from models.arm import Arm
+from models.arrays import Floats
+from models.branches import posture_terms
+from models.closed_form import ClosedForm, closed_form
+from optimizer.coupled.linear_rows import RowCollector
+from optimizer.coupled.scene import Scene
+from optimizer.local import NUDGE, conditioning_gradients
+from optimizer.pose_rows import BASE
+from optimizer.program import ArmPoint
+
+NEAR = 0.25
+"""rad or m; what is farther from its bound gets no row."""
+INSIDE = 1e-7
+"""rad or m kept to bounds, for what the linear rows leave out."""
+DIFFERENCE = 1e-6
+"""rad, of the differences of the posture's terms."""
+SINGULAR = 10.0
+"""Conditioning numbers are small: a row counts them this many times."""
+
+
+def add_joint_rows(rows: RowCollector, scene: Scene, index: int, point: ArmPoint) -> None:
+    """Add the rows of one arm of a layout."""
+    arm = scene.cell.arms[index]
+    _add_limits(rows, scene, index, arm)
+    _add_steps(rows, scene, index, point)
+    form = closed_form(arm.robot)
+    if form is not None and point.signs is not None:
+        _add_posture(rows, scene, index, form, point.signs)
+    if arm.min_conditioning is not None:
+        _add_conditioning(rows, scene, index, arm)
+
+
+def _add_limits(rows: RowCollector, scene: Scene, index: int, arm: Arm) -> None:
+    """Joints near their limits, at and between the poses."""
+    q = rows.samples.joints[index]
+    for side, margin in ((1.0, q - arm.lower), (-1.0, arm.upper - q)):
+        k, i = np.nonzero(margin < NEAR)
+        _add(rows, scene, index, k, side * np.eye(arm.dof)[i], margin[k, i])
+
+
+def _add_steps(rows: RowCollector, scene: Scene, index: int, point: ArmPoint) -> None:
+    """Steps between consecutive poses of a job that are near the largest allowed one."""
+    poses, most = rows.samples.poses, scene.cell.max_joint_step
+    change = np.diff(point.joints, axis=0)
+    j, i = np.nonzero((most - np.abs(change) < NEAR) & scene.cell.task.joined[:, None])
+    if len(j):
+        unit = -np.sign(change[j, i])[:, None] * np.eye(point.joints.shape[1])[i]
+        slopes = rows.through(index, poses[j + 1], unit) - rows.through(index, poses[j], unit)
+        rows.add(slopes, most - np.abs(change[j, i]), np.full(len(j), INSIDE))
+
+
+def _add_posture(rows: RowCollector, scene: Scene, index: int, form: ClosedForm, signs: tuple[int, int, int]) -> None:
+    """Poses near a singular set that the posture must not cross (as in `optimizer.verify`)."""
+    poses = rows.samples.poses
+    q = rows.samples.joints[index][poses]
+    sides = np.array([signs[0], -signs[0] * signs[1], signs[2]])
+    values = sides[:, None] * _terms(form, q)
+    slopes = np.stack(
+        [
+            (_terms(form, q + DIFFERENCE * unit) - _terms(form, q - DIFFERENCE * unit)) / (2.0 * DIFFERENCE)
+            for unit in np.eye(q.shape[1])
+        ],
+        axis=-1,
+    )
+    t, j = np.nonzero(values < NEAR)
+    _add(rows, scene, index, poses[j], sides[t, None] * slopes[t, j], values[t, j])
+
+
+def _terms(form: ClosedForm, q: Floats) -> Floats:
+    """(3, m) front [m], sines of elbow and wrist."""
+    return np.array(posture_terms(form, q.T, np.sin, np.cos))
+
+
+def _add_conditioning(rows: RowCollector, scene: Scene, index: int, arm: Arm) -> None:
+    """Poses whose conditioning is near what the arm must keep."""
+    wanted, poses = float(arm.min_conditioning or 0.0), rows.samples.poses
+    values, slopes = conditioning_gradients(arm, rows.samples.joints[index][poses])
+    j = np.flatnonzero(values < 2.0 * wanted)
+    spare = values[j] - wanted * (1.0 + NUDGE)
+    _add(rows, scene, index, poses[j], SINGULAR * slopes[j], SINGULAR * spare)
+
+
+def _add(rows: RowCollector, scene: Scene, index: int, at: np.ndarray, slopes: Floats, values: Floats) -> None:
+    """Rows of one arm's joints that must stay above zero."""
+    if not len(at):
+        return
+    arms = scene.cell.arms
+    by_joints = [slopes if a == index else np.zeros((len(at), other.dof)) for a, other in enumerate(arms)]
+    rows.add_at(at, np.zeros((len(at), BASE * len(arms))), by_joints, values, np.full(len(at), INSIDE))

@@ -6,11 +6,12 @@ import time
 from bisect import insort
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 
 from models.arm import Arm
-from models.arrays import Bools, Floats
+from models.arrays import Floats, Ints
 from models.cell import Cell
 from models.posture import ALL_SIGNS
 from optimizer.box import search_box, spread
@@ -28,8 +29,12 @@ LOOKED_AT = 400
 """Of the usable ones, the best this many are looked at with their surroundings."""
 BATCH = 40
 """Of these at once."""
-KEPT = 80
+KEPT = 100
 """Members of a pool."""
+FRONT = 30
+"""The best ones are looked at however near to each other they stand; the others make room for different places:"""
+APART, CROWD = 0.1, 4
+"""m; no member of the same posture stands this near to a clean one, nor to so many that are not."""
 REPAIRABLE = 0.15
 """m or rad; what violates more than this is not kept."""
 
@@ -75,20 +80,42 @@ def pool_of(scene: Scene, index: int, problem: ReducedProblem | None, round_: in
         found, evaluated = _reduced_points(scene.cell, arm, problem, round_, seed)
     else:
         found, evaluated = _general_points(scene.cell, arm, seed + round_, deadline)
-    members: list[Member] = []
-    most = KEPT * 2**round_
+    most, looked = KEPT * 2**round_, 0
+    crowd = _Crowd()
     scores: list[float] = []
-    for at in range(0, len(found), BATCH):
-        batch = found[at : at + BATCH]
-        enough = len(scores) >= most and scores[most - 1] <= batch[0][0]  # the rest cannot score better
-        if enough or at >= LOOKED_AT * 2**round_ or time.perf_counter() > deadline:
-            break
+    rest = iter(found)
+    while looked < LOOKED_AT * 2**round_ and time.perf_counter() < deadline:
+        batch = list(islice((entry for entry in rest if len(crowd.members) < FRONT or crowd.admits(entry[1])), BATCH))
+        if not batch or (len(scores) >= most and scores[most - 1] <= batch[0][0]):
+            break  # the rest cannot score better
+        looked += len(batch)
         for (objective, point), lack in zip(batch, own_lacks(alone, [point for _, point in batch]), strict=True):
             if lack <= REPAIRABLE:
-                members.append(Member(point, objective, lack))
-                insort(scores, members[-1].score(price))
-    members.sort(key=lambda member: member.score(price))
-    return Pool(members[:most], evaluated)
+                crowd.add(Member(point, objective, lack))
+                insort(scores, crowd.members[-1].score(price))
+    return Pool(sorted(crowd.members, key=lambda member: member.score(price))[:most], evaluated)
+
+
+class _Crowd:
+    """Members so far, and whether there is room beside them."""
+
+    def __init__(self) -> None:
+        self.members: list[Member] = []
+        self._places: dict[tuple[int, int, int] | None, list[tuple[Floats, bool]]] = {}
+
+    def add(self, member: Member) -> None:
+        """Take one in."""
+        self.members.append(member)
+        self._places.setdefault(member.point.signs, []).append((member.point.position, member.lack <= 0.0))
+
+    def admits(self, point: ArmPoint) -> bool:
+        """False beside a clean member of the same posture, or in a crowd of others."""
+        beside = [clean for place, clean in self._places.get(point.signs, ()) if _near(place, point.position)]
+        return not any(beside) and len(beside) < CROWD
+
+
+def _near(place: Floats, other: Floats) -> bool:
+    return bool(np.max(np.abs(place - other)) < APART)
 
 
 def alone_scene(cell: Cell, arm: Arm) -> Scene:
@@ -113,9 +140,7 @@ def _reduced_points(
     for at in range(0, len(positions), CHUNK):
         some = positions[at : at + CHUNK]
         paths = evaluate(problem, some)
-        usable = paths.violation == 0.0
-        usable &= _on_floor(cell, arm, some, paths.yaw)
-        for k, i in np.argwhere(usable):
+        for k, i in _on_floor(cell, arm, some, paths.yaw, np.argwhere(paths.violation == 0.0)):
             joints = paths.joints[:, k, i]
             if arm.min_conditioning is None or conditioning_shortfall(problem, joints[:, None, :])[0] <= 0.0:
                 point = ArmPoint(some[i], float(paths.yaw[k, i]), joints.T, ALL_SIGNS[k])
@@ -124,15 +149,14 @@ def _reduced_points(
     return found, len(positions) * int(np.sum(problem.postures))
 
 
-def _on_floor(cell: Cell, arm: Arm, positions: Floats, yaws: Floats) -> Bools:
-    """(8, N) True where a base stands on the floor or nearly so."""
+def _on_floor(cell: Cell, arm: Arm, positions: Floats, yaws: Floats, usable: Ints) -> Ints:
+    """Those of the pairs (u, 2) of a posture and a position (N, 3) whose base stands on the floor or nearly so."""
     floor = cell.surroundings.floor
-    if floor is None:
-        return np.ones(yaws.shape, dtype=np.bool_)
-    places = np.tile(positions[:, :2], (len(yaws), 1))
+    if floor is None or not len(usable):
+        return usable
     footprint = cell.surroundings.footprint(arm.name)
-    free: Bools = floor.signed_distance(places, footprint, world_yaw(arm, yaws.ravel())) >= -REPAIRABLE
-    return free.reshape(yaws.shape)
+    turned = world_yaw(arm, yaws[usable[:, 0], usable[:, 1]])
+    return usable[floor.signed_distance(positions[usable[:, 1], :2], footprint, turned) >= -REPAIRABLE]
 
 
 def _general_points(cell: Cell, arm: Arm, seed: int, deadline: float) -> tuple[list[tuple[float, ArmPoint]], int]:

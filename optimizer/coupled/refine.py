@@ -32,8 +32,8 @@ TURN, SPARE = 3.0, 3.0
 """rad per m of that radius that a base may turn, and that a joint may move by the spare motion of a redundant arm."""
 WORTH = 1e-5
 """Relative fall of the merit below which a round was the last one."""
-STUCK = 5, 0.02
-"""Rounds over which the merit of a layout that still violates something must fall by this share."""
+STUCK = 6, 0.1
+"""Rounds over which the violation of a layout that still has one must fall by this share."""
 POOR, GOOD = 0.25, 0.75
 """Share of the promised fall below which the radius shrinks, above which it grows."""
 SAME_BASIN = 0.01
@@ -44,8 +44,11 @@ DIPS = 5
 """How often a path that dips between its samples is sent back with more cushion."""
 FARTHER, SINGULAR = 2.0, 5e-3
 """Factor on the smallest conditioning of an arm that loses its way, and what is asked for at least."""
-PRICE = 100.0
-"""Cost of a metre or radian of violation, per pose and unit of weight."""
+PRICE, DEARER = 100.0, 10.0
+"""Cost of a metre or radian of violation, per pose and unit of weight; and how much dearer it gets where that is too
+little to end a violation."""
+NEARLY, HOPELESS = 1e-3, 0.03
+"""m or rad; what violates less is worth the full check, what violates more is given up."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -80,30 +83,40 @@ def refine(scene: Scene, start: Sequence[ArmPoint], deadline: float, known: Sequ
         known: layouts reached from other starts; one that the way leads to is the answer, without going all of it.
     """
     cushions = dict.fromkeys(PairClass, CUSHION)
-    asked, cell = scene, scene.cell
+    asked, cell, price = scene, scene.cell, price_of(scene.cell)
     best: Refined | None = None
     points, rounds = tuple(start), 0
     for _ in range(DIPS + 1):
         seen = look(asked, Unknowns.of(cell), points, cushions)
-        here, used = _descend(asked, seen, cushions, deadline, known)
+        here, used = _descend(asked, seen, cushions, price, deadline, known)
         rounds += used
         for other in known:
             if nearby(here.points, other.points, SAME_BASIN):
                 return other
-        if here.lack > CUSHION:
+        if here.lack > HOPELESS or (best is None and here.lack > NEARLY and price > price_of(cell)):
             break
-        clearance = scene.certify(here.points)
-        lack = max(scene.tie_lack(here.points), scene.floor_lack(here.points))
-        clean = lack <= LIMITS and scene.usable(here.points) and (clearance is None or _passes(clearance))
-        best = Refined(here.points, here.objective, lack, clean, clearance, rounds)
-        if clean or clearance is None or time.perf_counter() > deadline:
-            break
-        for found in clearance.classes:
-            if not found.clear:
-                cushions[found.kind] += 1.2 * (found.required - found.distance) + CUSHION
-        asked = _away_from_singularities(asked, clearance, here.points)
         points = here.points
+        if here.lack > NEARLY:
+            price *= DEARER
+            continue
+        best = _judged(scene, here, rounds)
+        if best.clean or time.perf_counter() > deadline:
+            break
+        if best.clearance is not None:
+            for found in best.clearance.classes:
+                if not found.clear:
+                    cushions[found.kind] += 1.2 * (found.required - found.distance) + CUSHION
+            asked = _away_from_singularities(asked, best.clearance, points)
+        price *= DEARER
     return best or Refined(here.points, here.objective, here.lack, False, None, rounds)
+
+
+def _judged(scene: Scene, here: Look, rounds: int) -> Refined:
+    """A layout that nearly holds everything, after the full check of its path."""
+    clearance = scene.certify(here.points)
+    lack = max(scene.tie_lack(here.points), scene.floor_lack(here.points))
+    clean = lack <= LIMITS and scene.usable(here.points) and (clearance is None or _passes(clearance))
+    return Refined(here.points, here.objective, max(lack, here.lack if not clean else lack), clean, clearance, rounds)
 
 
 def _away_from_singularities(scene: Scene, clearance: PathClearance, points: Sequence[ArmPoint]) -> Scene:
@@ -131,14 +144,19 @@ def _passes(clearance: PathClearance) -> bool:
 
 
 def _descend(
-    scene: Scene, here: Look, cushions: dict[PairClass, float], deadline: float, known: Sequence[Refined]
+    scene: Scene,
+    here: Look,
+    cushions: dict[PairClass, float],
+    price: float,
+    deadline: float,
+    known: Sequence[Refined],
 ) -> tuple[Look, int]:
     """Trust-region steps on the merit ``E + price · max(0, lack)``."""
-    unknowns, price, radius = Unknowns.of(scene.cell), price_of(scene.cell), RADIUS
-    merits = [_merit(here, price)]
+    unknowns, radius = Unknowns.of(scene.cell), RADIUS
+    merit, lacks = _merit(here, price), [here.lack]
     model: Quadratic | None = None
     for round_ in range(ROUNDS):
-        if radius < SMALLEST_RADIUS or time.perf_counter() > deadline or _stuck(here, merits):
+        if radius < SMALLEST_RADIUS or time.perf_counter() > deadline or _stuck(lacks):
             return here, round_
         model = model or quadratic(scene.cell, here.points, here.along, unknowns)
         step = best_step(model, here.rows, *_reach(scene.cell, here.points, unknowns, radius), price)
@@ -148,15 +166,15 @@ def _descend(
             continue
         there = look(scene, unknowns, moved, cushions)
         promised = price * (max(here.lack, 0.0) - step.slack) - model.change(step.step)
-        gained = merits[-1] - _merit(there, price)
+        gained = merit - _merit(there, price)
         if gained < POOR * promised:
             radius *= 0.4
         elif gained > GOOD * promised:
             radius = min(2.0 * radius, LARGEST_RADIUS)
         if gained > 0.0:
-            here, model = there, None
-        merits.append(_merit(here, price))
-        if promised <= WORTH * max(merits[-1], 1e-9) or any(nearby(here.points, k.points, SAME_BASIN) for k in known):
+            here, merit, model = there, _merit(there, price), None
+        lacks.append(here.lack)
+        if promised <= WORTH * max(merit, 1e-9) or any(nearby(here.points, k.points, SAME_BASIN) for k in known):
             return here, round_ + 1
     return here, ROUNDS
 
@@ -175,10 +193,10 @@ def _reach(cell: Cell, points: Sequence[ArmPoint], unknowns: Unknowns, radius: f
     return lower, upper
 
 
-def _stuck(here: Look, merits: Sequence[float]) -> bool:
-    """True where something is violated and nothing is gained any more."""
+def _stuck(lacks: Sequence[float]) -> bool:
+    """True where something is violated and that gets no better any more."""
     rounds, share = STUCK
-    return here.lack > CUSHION and len(merits) > rounds and merits[-1] > (1.0 - share) * merits[-1 - rounds]
+    return lacks[-1] > CUSHION and len(lacks) > rounds and lacks[-1] > (1.0 - share) * lacks[-1 - rounds]
 
 
 def _merit(at: Look, price: float) -> float:

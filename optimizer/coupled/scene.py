@@ -105,9 +105,8 @@ class Scene:
         for index in np.argsort(spare, axis=None, kind="stable"):
             if spare.flat[index] >= least:
                 break
-            k, pair = np.unravel_index(index, spare.shape)
-            distance = float(model.distances(places, np.array([first + k]), np.array([pair]))[0])
-            least = min(least, distance - float(self.required[pair]))
+            k, pair = (int(i) for i in np.unravel_index(index, spare.shape))
+            least = min(least, model.contact(places, first + k, pair).distance - float(self.required[pair]))
         return -least
 
     def certify(self, points: Sequence[ArmPoint]) -> PathClearance | None:

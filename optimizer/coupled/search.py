@@ -24,6 +24,8 @@ STARTS = 8
 """Refinements of a round; half as many once a round has found something clean and the rest is not better by score."""
 WORTH = 1.25
 """Starts whose score is this much above the best clean layout are not worth a refinement."""
+BESIDE = 0.06
+"""m; a start this near to a better layout in the same postures is not worth a refinement either."""
 SAME_PLACE, SAME_COST = 0.02, 1e-3
 """m and relative: layouts nearer than this are the same."""
 
@@ -127,12 +129,19 @@ def _refine_all(
         if time.perf_counter() > deadline:
             search.finished = False
             return
-        worth = np.inf if search.best is None else WORTH * search.best.objective
-        if np.isfinite(start.lack) and start.score(price) > worth and start.lack <= 0.0:
+        if not _promising(search, start, price):
             continue
         report("refining", number / STARTS)
         search.starts += 1
         _keep(search, refine(scene, start.points, deadline, search.found))
+
+
+def _promising(search: CoupledSearch, start: Combination, price: float) -> bool:
+    """False for clean starts that are far worse than the best layout, or next to a layout that they do not better."""
+    if search.best is None or start.lack > 0.0:
+        return True
+    known = any(nearby(start.points, one.points, BESIDE) and start.objective > one.objective for one in search.found)
+    return not known and start.score(price) <= WORTH * search.best.objective
 
 
 def _keep(search: CoupledSearch, refined: Refined) -> bool:

@@ -1,0 +1,124 @@
+"""Coupled cells from end to end, against the arms alone, a brute search over pairs of bases, and planted obstacles."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+import pytest
+
+from models.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from models.pose import rotation_from_rpy, rotation_z, transform
+from models.shapes import Body, Box
+from models.surroundings import Clearances, Part, Surroundings
+from models.task import line
+from optimizer.layout import Outcome
+from optimizer.optimize import optimize
+from optimizer.reduced import evaluate, reduced_problem
+from optimizer.settings import CertificateSettings, Settings
+from tests.support.arms import make_arm, region
+from tests.support.cells import Cell
+
+DOWN = rotation_from_rpy([np.pi, 0.0, 0.0])
+BEAM = Part((Body("beam", np.eye(4), Box(np.array([1.2, 0.1, 0.1]))),), 0.2)
+
+
+def pair(**more) -> Cell:
+    """Two UR10e that carry a beam sideways and up."""
+    task = line(transform(np.eye(3), [0.0, 0.0, 0.3]), transform(rotation_z(0.2), [0.3, 0.4, 0.6]), 6)
+    arms = tuple(
+        make_arm("ur10e", name, region((-1.4, 1.6), (-1.3, 1.7)), grasp=transform(DOWN, [x, 0.0, 0.15]))
+        for name, x in (("main", -0.5), ("follower", 0.5))
+    )
+    return Cell(task, arms, **more)
+
+
+def places(layout) -> list[np.ndarray]:
+    return [np.array([*p.position, p.yaw]) for p in layout.placements]
+
+
+@pytest.fixture(scope="module")
+def alone():
+    return optimize(pair())
+
+
+def test_where_nothing_is_in_the_way_the_arms_own_optima_are_the_answer(alone):
+    far = Surroundings((Body("far", transform(np.eye(3), [9.0, 0, 0]), Box(np.ones(3))),), clearances=Clearances(0.01))
+    layout = optimize(pair(surroundings=far))
+    assert layout.outcome is Outcome.OPTIMAL
+    assert layout.objective == pytest.approx(alone.objective, rel=1e-12)
+    assert layout.clearances[0].distance >= 0.01
+
+
+def test_a_wall_where_a_base_would_stand_is_avoided_and_the_bound_of_the_arms_alone_still_holds(alone):
+    spot = alone.placements[1].position
+    wall = Body("wall", transform(np.eye(3), [spot[0], spot[1], 0.4]), Box(np.array([0.5, 0.5, 0.8])))
+    asked = Surroundings((wall,), BEAM, clearances=Clearances(0.02, 0.02, 0.02, 0.02, None))
+    layout = optimize(pair(surroundings=asked), Settings(certificate=CertificateSettings(0.02), alternatives=3))
+    assert layout.outcome is Outcome.OPTIMAL
+    assert all(c.distance >= c.required for c in layout.clearances)
+    assert layout.objective > alone.objective * (1.0 + 1e-6)
+    assert layout.certificate.lower_bound <= alone.objective + 1e-6
+    expected = (layout.objective - layout.certificate.lower_bound) / layout.objective
+    assert layout.certificate.gap == pytest.approx(expected)
+    assert layout.verification.limits_respected
+    for other in layout.alternatives:
+        assert other.objective >= layout.objective
+        assert all(c.distance >= c.required for c in other.clearances)
+        assert other.note
+
+
+@pytest.mark.parametrize(
+    "coupling",
+    [
+        SameHeight((0, 1)),
+        Distance((0, 1), 1.6, 1.7),
+        Direction((0, 1), 0.3),
+        Mirror((0, 1), (0.1, 0.0), np.pi / 2),
+        Rail((0, 1), 0.4),
+    ],
+    ids=lambda coupling: coupling.kind,
+)
+def test_couplings_hold_and_cost_no_less_than_freedom(coupling, alone):
+    layout = optimize(pair(couplings=(coupling,)))
+    assert layout.outcome is Outcome.OPTIMAL
+    rows = coupling.rows(places(layout))
+    for value, low, high in zip(rows.values, rows.lower, rows.upper, strict=True):
+        assert low - 1e-6 <= float(value) <= high + 1e-6
+    assert layout.objective >= alone.objective - 1e-6
+
+
+def test_no_pair_of_bases_of_a_grid_beats_the_coupled_answer():
+    cell = pair(couplings=(Distance((0, 1), 1.7, 1.75),))
+    layout = optimize(cell)
+    grid = np.array([(x, y, 0.0) for x, y in product(np.arange(-1.4, 1.61, 0.12), np.arange(-1.3, 1.71, 0.12))])
+    costs = []
+    for arm in cell.arms:
+        paths = evaluate(reduced_problem(cell, arm), grid)
+        costs.append(np.min(np.where(paths.violation == 0.0, paths.objective, np.inf), axis=0))
+    apart = np.linalg.norm(grid[:, None] - grid[None], axis=-1)
+    total = np.where((apart >= 1.7) & (apart <= 1.75), costs[0][:, None] + costs[1][None], np.inf)
+    assert np.isfinite(total).sum() > 50
+    assert layout.objective <= total.min() + 1e-9
+
+
+def test_a_coupling_that_nothing_can_keep_is_told():
+    layout = optimize(pair(couplings=(Distance((0, 1), 2.9, 3.0),)), Settings(time_limit=3.0))
+    assert layout.outcome is Outcome.INFEASIBLE
+    assert not layout.proved
+    assert {reason.kind for reason in layout.reasons} == {"coupling"}
+    assert layout.objective is None
+
+
+def test_redundant_arms_are_coupled_too():
+    cell = pair()
+    arms = tuple(
+        replace(make_arm("iiwa14", arm.name, arm.base, grasp=arm.grasp), min_conditioning=None) for arm in cell.arms
+    )
+    wall = Body("wall", transform(np.eye(3), [0.1, -0.75, 0.5]), Box(np.array([4.0, 0.1, 1.0])))
+    asked = Surroundings((wall,), clearances=Clearances(0.02, None, 0.02, None, None))
+    task = replace(cell.task, poses=cell.task.poses[:3], weights=np.ones(3))
+    layout = optimize(Cell(task, arms, surroundings=asked), Settings(time_limit=30.0))
+    assert layout.outcome in (Outcome.OPTIMAL, Outcome.FEASIBLE)
+    assert all(c.distance >= c.required for c in layout.clearances)

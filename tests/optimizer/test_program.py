@@ -12,6 +12,7 @@ from models.closed_form import closed_form
 from models.kinematics import flange_poses
 from models.pose import rotation_z, transform
 from models.posture import ALL_SIGNS
+from models.task import Task
 from optimizer.program import ArmPoint, Cuts, build_program, describe, joint_bounds
 from tests.support.arms import make_arm, region
 from tests.support.tasks import possible
@@ -157,3 +158,25 @@ def test_targets_include_grasp_and_tool():
     assert np.allclose(reached, task.cell.task.poses @ grasp, atol=1e-12)
     program = build_program(task.cell, [task.arm], [point])
     assert np.abs(rows_at(program, [point])).max() < 1e-12
+
+
+def test_steps_from_job_to_job_have_no_bounds_and_jobs_their_own_turns():
+    task, point = witness("ur10e")
+    jobs = Task(task.cell.task.poses, (0, 2), weights=np.array([1.0, 1.0, 3.0, 0.0]))
+    cell = replace(task.cell, task=jobs)
+    lifted = point.joints.copy()
+    lifted[2:, 4] += np.where(lifted[2:, 4] > 0.0, -2.0, 2.0) * np.pi
+    program = build_program(cell, [task.arm], [replace(point, joints=lifted)], steps=True)
+    labels = list(program.labels())
+    free = np.isinf(program.rows_upper) & np.isinf(program.rows_lower)
+    assert {labels[k] for k in np.flatnonzero(free)} == {
+        f"arm / {name} step to pose 2" for name in task.arm.robot.joint_names
+    }
+    unknowns = program.pack([replace(point, joints=lifted)])
+    assert np.all(unknowns >= program.lower)
+    assert np.all(unknowns <= program.upper)
+    assert program.upper[4 + 4] - program.upper[4 + 12 + 4] != 0.0
+    error = lifted - task.arm.reference
+    wanted = np.sum(np.array([[1.0], [1.0], [3.0], [0.0]]) * task.arm.weights * error**2)
+    cost = float(program.structure.gradient(unknowns, program.parameters)[0]) * program.scale
+    assert cost == pytest.approx(float(wanted), rel=1e-12)

@@ -203,6 +203,7 @@ def _arm(whole: dict[str, Any], part: Any) -> None:
 SMALLER = {
     "json request": _request,
     "json task": lambda whole, part: whole.update(task=part),
+    "json tasks": lambda whole, part: whole.update(task=None, tasks=part),
     "json arm": _arm,
     "json pose": lambda whole, part: whole["arms"][0].update(grasp=part),
 }
@@ -243,7 +244,7 @@ def test_the_beam_of_the_readme_is_the_example() -> None:
 
 def test_the_limits_are_the_settings() -> None:
     rows = re.findall(r"^\| .*\| ([\d,]+)?.* \| `DUOCELL_(\w+)` \|$", (ROOT / "docs" / "request.md").read_text(), re.M)
-    assert len(rows) == 9
+    assert len(rows) == 10
     for value, name in rows:
         field = Settings.model_fields[name.lower()]
         assert not value or float(value.replace(",", "")) == field.default, name

@@ -21,7 +21,7 @@ def request(path: Path) -> LayoutRequest:
 
 
 def test_the_examples_of_the_readme_are_there() -> None:
-    assert {path.name for path in EXAMPLES} >= {"line.json", "arc.json", "beam_ur10e.json"}
+    assert {path.name for path in EXAMPLES} >= {"line.json", "arc.json", "beam_ur10e.json", "family.json"}
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)

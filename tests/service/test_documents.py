@@ -13,6 +13,7 @@ from optimizer.layout import (
     Baseline,
     BaselineArm,
     Certificate,
+    JobShare,
     Layout,
     Outcome,
     PenaltyCycle,
@@ -58,6 +59,7 @@ FULL = Layout(
     verification=Verification(1e-9, 2e-9, 0.5, True),
     certificate=Certificate(4.9, 0.02, False, 7, 0.1, (ArmCertificate("main", None, None, False, 7, 0.1, "none yet"),)),
     baselines=(Baseline("interior-penalty", None, 0.2, False, (BASELINE_ARM,), "none"),),
+    jobs=(JobShare("a", 0, 2, 1.0, 5.0), JobShare("b", 2, 3, 0.0, None)),
 )
 INFEASIBLE = Layout(
     outcome=Outcome.INFEASIBLE,

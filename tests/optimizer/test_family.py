@@ -101,7 +101,7 @@ def test_weights_draw_the_base_to_the_job_that_counts_and_nothing_is_better():
         cell = lines(*weights)
         layout = solved(cell, certificate=CertificateSettings(0.01, 60.0))
         assert layout.certificate.proved
-        best = brute_force(cell, cell.arms[0], (15, 15, 1))
+        best = brute_force(cell, cell.arms[0], (11, 11, 1))
         assert layout.objective == pytest.approx(best, rel=1e-4)
         assert layout.certificate.lower_bound <= best * (1.0 + 1e-9)
         found[weights] = layout

@@ -10,9 +10,10 @@ from typing import Any
 
 from models.robot import Robot
 from service.amounts import check_amounts
-from service.convert import cell_of
+from service.convert import cell_of, joints_of
 from service.convert_shapes import NO_MESHES, MeshSource
 from service.limits import check_sizes
+from service.schemas.evaluate import EvaluateRequest
 from service.schemas.request import LayoutRequest
 from service.settings import Limits
 from service.strict_json import parse
@@ -64,6 +65,24 @@ def accept(
         name=request.name,
         certificate_time=0.0 if request.certificate is None else request.certificate.time_limit,
         runs=1 + len(request.baselines) + request.explain,
+    )
+
+
+def accept_evaluation(
+    body: bytes, limits: Limits, robots: Mapping[str, Robot] | None = None, meshes: MeshSource = NO_MESHES
+) -> Accepted:
+    """The request to evaluate a layout in ``body``; arguments and errors as for `accept`."""
+    document = parse(body)
+    check_amounts(document, limits)
+    request = validate(EvaluateRequest, document)
+    check_sizes(request, limits)
+    joints_of(request, cell_of(request, robots, meshes))
+    return Accepted(
+        text=request.model_dump_json(),
+        request_hash=hash_of(request.model_dump(mode="json")),
+        name=request.name,
+        certificate_time=0.0,
+        runs=1,
     )
 
 

@@ -14,8 +14,9 @@ from fastapi.responses import HTMLResponse
 from fastapi.staticfiles import StaticFiles
 
 from service import error_handlers, openapi
-from service.api import health, layouts, robots
+from service.api import evaluate, health, layouts, robots
 from service.api.state import State
+from service.evaluations import Evaluations
 from service.executor import Executor, ProcessExecutor
 from service.health import Monitor
 from service.jobs import MemoryJobs
@@ -50,7 +51,8 @@ def create_app(settings: Settings | None = None, executor: Executor | None = Non
             keep=settings.keep_jobs,
         )
         monitor = Monitor(runs_on, settings.self_test_every)
-        app.state.duocell = State(settings, jobs, monitor)
+        evaluations = Evaluations(runs_on, limit=settings.evaluate_limit, most=settings.max_evaluations)
+        app.state.duocell = State(settings, jobs, evaluations, monitor)
         background = [asyncio.create_task(monitor.watch()), asyncio.create_task(_load_robots(monitor))]
         try:
             yield
@@ -69,7 +71,7 @@ def create_app(settings: Settings | None = None, executor: Executor | None = Non
         redoc_url=None,
     )
     error_handlers.install(app)
-    for part in (layouts, robots, health):
+    for part in (evaluate, layouts, robots, health):
         app.include_router(part.router)
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
     app.add_api_route("/docs", _docs, include_in_schema=False, response_class=HTMLResponse)

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from math import pi
 
+import numpy as np
+
+from models.arrays import Floats
 from models.cell import Cell
 from models.robot import Robot
 from optimizer.settings import CertificateSettings, Settings, ToleranceSettings
@@ -14,6 +17,7 @@ from service.convert_shapes import NO_MESHES, MeshSource
 from service.convert_surroundings import surroundings_of
 from service.convert_task import task_of, with_grasps
 from service.issues import Issues
+from service.schemas.evaluate import EvaluateRequest
 from service.schemas.request import LayoutRequest
 
 
@@ -48,6 +52,38 @@ def cell_of(request: LayoutRequest, robots: Mapping[str, Robot] | None = None, m
         surroundings=surroundings,
         couplings=couplings,
     )
+
+
+def joints_of(request: EvaluateRequest, cell: Cell) -> list[Floats | None]:
+    """Joint values to be checked, per arm (m, n) rad or None.
+
+    Args:
+        request: a valid request.
+        cell: that it describes.
+
+    Raises:
+        InvalidRequest: there is not one row per pose and one value per joint.
+    """
+    issues = Issues()
+    found: list[Floats | None] = []
+    for index, (arm, made) in enumerate(zip(request.arms, cell.arms, strict=True)):
+        pointer, rows = f"/arms/{index}/joints", arm.joints
+        if rows is not None and len(rows) != len(cell.task):
+            issues.add(
+                pointer,
+                f"{len(rows)} rows, but the task has {len(cell.task)} poses; one row per pose is needed. "
+                "Send null to have a path found.",
+            )
+        for pose, row in enumerate(rows or []):
+            if len(row) != made.dof:
+                issues.add(
+                    f"{pointer}/{pose}",
+                    f"{len(row)} values, but {made.robot.name} has {made.dof} joints; one per joint is needed. "
+                    f"The joints are {', '.join(made.robot.joint_names)}.",
+                )
+        found.append(None if rows is None or issues.found else np.array(rows))
+    issues.raise_any()
+    return found
 
 
 def settings_of(request: LayoutRequest, time_limit: float) -> Settings:

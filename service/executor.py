@@ -60,6 +60,9 @@ class Executor(Protocol):
             SolveFailed: there is none, and why.
         """
 
+    async def evaluate(self, text: str, request_hash: str, kill_after: float) -> Answer:
+        """The result of an accepted request to evaluate a layout; arguments and errors as for `solve`."""
+
     async def self_test(self) -> None:
         """Solve a small cell with a known answer.
 
@@ -80,8 +83,8 @@ class ProcessExecutor:
     They are forked from a server process of `multiprocessing` that has no threads and has loaded the engines
     (`service.preload`), never from this process with its threads.
 
-    There is one process more than solves at the same time: it takes the self-tests, and stands in at once for a
-    worker that died until another one is there. Keeping the number of solves down is the caller's part.
+    There is one process more than solves at the same time: it takes the self-tests and the evaluations, and stands in
+    at once for a worker that died until another one is there. Keeping the number of solves down is the caller's part.
     """
 
     def __init__(self, workers: int, *, solve: Any = worker.solve) -> None:
@@ -103,6 +106,10 @@ class ProcessExecutor:
     async def solve(self, text: str, request_hash: str, time_limit: float, kill_after: float) -> Answer:
         """See `Executor`."""
         return await self._run(self._solve, (text, request_hash, time_limit), kill_after)
+
+    async def evaluate(self, text: str, request_hash: str, kill_after: float) -> Answer:
+        """See `Executor`."""
+        return await self._run(worker.evaluate, (text, request_hash), kill_after)
 
     async def self_test(self) -> None:
         """See `Executor`."""

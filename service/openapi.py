@@ -8,6 +8,7 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 
 from service.problems import MEDIA_TYPE
+from service.schemas.evaluate import EVALUATE_EXAMPLE
 from service.schemas.request import EXAMPLE
 
 DESCRIPTION = """\
@@ -28,6 +29,8 @@ SENT_WITH: dict[tuple[str, str], list[str]] = {
     ("create_layout", "200"): ["Location", "ETag", "Preference-Applied"],
     ("create_layout", "202"): ["Location", "ETag", "Retry-After", "Preference-Applied"],
     ("create_layout", "429"): ["Retry-After"],
+    ("evaluate_layout", "429"): ["Retry-After"],
+    ("evaluate_layout", "503"): ["Retry-After"],
     ("get_layout", "200"): ["ETag", "Retry-After"],
     ("get_layout", "304"): ["ETag"],
     ("get_readiness", "503"): ["Retry-After"],
@@ -52,6 +55,21 @@ ASKED_WITH: dict[str, list[dict[str, Any]]] = {
             "schema": {"type": "string"},
         }
     ],
+}
+
+
+def _body(description: str, schema: str, example: dict[str, Any]) -> dict[str, Any]:
+    """A JSON body."""
+    content = {
+        "schema": {"$ref": f"#/components/schemas/{schema}"},
+        "examples": {"line": {"summary": example["name"], "value": example}},
+    }
+    return {"required": True, "description": description, "content": {"application/json": content}}
+
+
+BODIES = {
+    "create_layout": _body("The task, the arms, and where their bases may stand.", "LayoutRequest", EXAMPLE),
+    "evaluate_layout": _body("The task, the arms, and where their bases stand.", "EvaluateRequest", EVALUATE_EXAMPLE),
 }
 TAGS = [
     {"name": "layouts", "description": "Ask for layouts and fetch them."},
@@ -94,17 +112,8 @@ def completed(schema: dict[str, Any]) -> dict[str, Any]:
 def _complete(operation: dict[str, Any]) -> None:
     """One operation."""
     name = operation["operationId"]
-    if name == "create_layout":
-        operation["requestBody"] = {
-            "required": True,
-            "description": "The task, the arms, and where their bases may stand.",
-            "content": {
-                "application/json": {
-                    "schema": {"$ref": "#/components/schemas/LayoutRequest"},
-                    "examples": {"line": {"summary": EXAMPLE["name"], "value": EXAMPLE}},
-                }
-            },
-        }
+    if name in BODIES:
+        operation["requestBody"] = BODIES[name]
     operation.setdefault("parameters", []).extend(ASKED_WITH.get(name, []))
     responses = operation["responses"]
     for status in list(responses):

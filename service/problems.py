@@ -40,10 +40,16 @@ KINDS: dict[str, Kind] = {
     "invalid-robot": Kind(422, "The robot cannot be used", _CHECK),
     "unknown-robot": Kind(422, "No such robot", "`GET /v1/robots` lists all of them."),
     "too-large": Kind(422, "The request asks for too much", _CHECK + " The limits are settings of the service."),
+    "evaluations-full": Kind(
+        429, "Too many evaluations at the same time", "Try again after the seconds of the header Retry-After."
+    ),
     "queue-full": Kind(429, "Too many layouts are waiting", "Try again after the seconds of the header Retry-After."),
     "error": Kind(500, "An error of the service", "Tell the operator; the log has the details."),
     "internal": Kind(500, "An error of the service", "Tell the operator; the log has the details."),
     "solver-failure": Kind(500, "An engine broke down", "Tell the operator; the log has the details."),
+    "evaluation-failed": Kind(
+        503, "The layout could not be evaluated", "Try again; if it took too long, send fewer poses or coarser shapes."
+    ),
     "not-ready": Kind(503, "The service is not ready", "Try again after the seconds of the header Retry-After."),
 }
 """All kinds by code; codes of `models.errors` included."""

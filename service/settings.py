@@ -45,6 +45,8 @@ class Settings(Limits):
     workers: int = Field(default_factory=usable_cores, ge=1, le=256, description="solves at the same time")
     data_dir: Path = Field(default=Path("data"), description="folder for what has to survive a restart")
     time_limit: float = Field(default=60.0, gt=0.0, description="s, soft limit of one solve without its certificate")
+    evaluate_limit: float = Field(default=20.0, gt=0.0, description="s before an evaluation is given up")
+    max_evaluations: int = Field(default=16, ge=1, description="evaluations at the same time, waiting ones included")
     grace: float = Field(default=10.0, gt=0.0, description="s beyond the soft limits before a worker is killed")
     max_queued: int = Field(default=64, ge=0, description="jobs that may wait for a worker")
     max_wait: float = Field(default=60.0, ge=0.0, description="s, cap of Prefer: wait")

@@ -6,10 +6,32 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from models.robot import Robot
+from optimizer.evaluate import evaluate_layout
 from optimizer.optimize import optimize
-from service.convert import cell_of, settings_of
+from service.convert import cell_of, joints_of, settings_of
+from service.convert_shapes import NO_MESHES, MeshSource
 from service.documents import result_document
+from service.schemas.evaluate import EvaluateRequest
 from service.schemas.request import LayoutRequest
+
+
+def evaluate_request(
+    text: str, request_hash: str, robots: Mapping[str, Robot] | None = None, meshes: MeshSource = NO_MESHES
+) -> dict[str, Any]:
+    """The ``result`` of an evaluation.
+
+    Args:
+        text: an accepted request.
+        request_hash: of that request.
+        robots: further robots by name.
+        meshes: where the meshes are that shapes name.
+
+    Raises:
+        DuocellError: an engine broke down.
+    """
+    request = EvaluateRequest.model_validate_json(text)
+    cell = cell_of(request, robots, meshes)
+    return result_document(evaluate_layout(cell, joints_of(request, cell)), request_hash)
 
 
 def solve_request(
@@ -18,6 +40,7 @@ def solve_request(
     time_limit: float,
     robots: Mapping[str, Robot] | None = None,
     progress: Callable[[str, float], None] | None = None,
+    meshes: MeshSource = NO_MESHES,
 ) -> dict[str, Any]:
     """The ``result`` of a layout resource.
 
@@ -27,10 +50,11 @@ def solve_request(
         time_limit: s, soft limit of the whole solve.
         robots: further robots by name.
         progress: told the name of the stage and the share that is done, in [0, 1].
+        meshes: where the meshes are that shapes name.
 
     Raises:
         DuocellError: an engine broke down.
     """
     request = LayoutRequest.model_validate_json(text)
-    layout = optimize(cell_of(request, robots), settings_of(request, time_limit), progress)
+    layout = optimize(cell_of(request, robots, meshes), settings_of(request, time_limit), progress)
     return result_document(layout, request_hash)

@@ -10,7 +10,8 @@ import logging
 import multiprocessing
 import os
 import threading
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from models.errors import DuocellError
 from service.self_test import SELF_TEST, check
@@ -47,18 +48,38 @@ def initialize() -> None:
 
 def solve(text: str, request_hash: str, time_limit: float) -> Answer:
     """Solve an accepted request."""
-    try:
+
+    def work() -> dict[str, Any]:
         from service.solving import solve_request
 
-        result = solve_request(text, request_hash, time_limit)
+        return solve_request(text, request_hash, time_limit)
+
+    return _answer(work)
+
+
+def evaluate(text: str, request_hash: str) -> Answer:
+    """Evaluate the layout of an accepted request."""
+
+    def work() -> dict[str, Any]:
+        from service.solving import evaluate_request
+
+        return evaluate_request(text, request_hash)
+
+    return _answer(work)
+
+
+def _answer(work: Callable[[], dict[str, Any]]) -> Answer:
+    """The result of some work, or why there is none."""
+    try:
+        result = work()
         return Answer(json.dumps(result, allow_nan=False), result["outcome"], result["objective"])
     except DuocellError as error:
         return Answer(None, code=error.code, detail=error.detail)
     except MemoryError:
         return Answer(None, code="out-of-memory", detail="The worker ran out of memory. Send fewer poses.")
     except Exception:  # a worker answers whatever happens; the trace goes to the log
-        log.exception("solve failed")
-        detail = "The solve ended with an unexpected error; the log of the server has the details."
+        log.exception("work failed")
+        detail = "The work ended with an unexpected error; the log of the server has the details."
         return Answer(None, code="internal", detail=detail)
 
 

@@ -7,6 +7,7 @@ from typing import Annotated
 
 from fastapi import Depends, Request
 
+from service.evaluations import Evaluations
 from service.health import Monitor
 from service.jobs import Jobs
 from service.settings import Settings
@@ -18,6 +19,7 @@ class State:
 
     settings: Settings
     jobs: Jobs
+    evaluations: Evaluations
     monitor: Monitor
 
 

@@ -14,6 +14,7 @@ from optimizer.layout import Layout, Outcome, Placement, Search, Verification
 from service.app import create_app
 from service.documents import result_document
 from service.executor import ProcessExecutor, SolveFailed
+from service.schemas.evaluate import EvaluateRequest
 from service.schemas.request import EXAMPLE, LayoutRequest
 from service.settings import Settings
 from service.worker import Answer
@@ -64,6 +65,12 @@ class FakeExecutor:
         self.stopped = False
 
     async def solve(self, text: str, request_hash: str, time_limit: float, kill_after: float) -> Answer:
+        return await self._answer(LayoutRequest.model_validate_json(text), request_hash, time_limit, kill_after)
+
+    async def evaluate(self, text: str, request_hash: str, kill_after: float) -> Answer:
+        return await self._answer(EvaluateRequest.model_validate_json(text), request_hash, 0.0, kill_after)
+
+    async def _answer(self, request: LayoutRequest, request_hash: str, time_limit: float, kill_after: float) -> Answer:
         self.limits.append((time_limit, kill_after))
         self.running += 1
         self.most_running = max(self.most_running, self.running)
@@ -75,7 +82,7 @@ class FakeExecutor:
             raise self.error
         if self.failure is not None:
             raise self.failure
-        result = result_document(made_up_layout(LayoutRequest.model_validate_json(text)), request_hash)
+        result = result_document(made_up_layout(request), request_hash)
         return Answer(json.dumps(result), result["outcome"], result["objective"])
 
     async def self_test(self) -> None:

@@ -10,6 +10,7 @@ from jsonschema import Draft202012Validator
 from openapi_spec_validator import OpenAPIV31SpecValidator
 
 from service.executor import SolveFailed
+from service.schemas.evaluate import EVALUATE_EXAMPLE
 
 Document = dict[str, Any]
 
@@ -34,6 +35,7 @@ def test_every_operation_is_named_and_explained(published: Document) -> None:
     names = [operation["operationId"] for _, _, operation in operations(published)]
     assert sorted(names) == [
         "create_layout",
+        "evaluate_layout",
         "get_health",
         "get_layout",
         "get_problem",
@@ -59,7 +61,7 @@ def test_every_field_is_explained(published: Document) -> None:
 
 def test_every_field_of_a_request_has_an_example(published: Document) -> None:
     schemas = published["components"]["schemas"]
-    seen, todo = set(), ["LayoutRequest"]
+    seen, todo = set(), ["LayoutRequest", "EvaluateRequest"]
     while todo:
         name = todo.pop()
         if name in seen:
@@ -69,6 +71,7 @@ def test_every_field_of_a_request_has_an_example(published: Document) -> None:
         for field, value in schemas[name].get("properties", {}).items():
             assert value.get("examples"), f"{name}.{field}"
     assert {"Arm", "Base", "DhRow", "Pose", "ArcByRadius", "Certificate", "Posture"} <= seen
+    assert {"Obstacle", "Mesh", "Part", "Pedestal", "Mirror", "Clearance", "PlacedArm", "PlacedBase"} <= seen
 
 
 def references(value: Any) -> Iterator[str]:
@@ -107,9 +110,10 @@ def test_every_example_of_a_body_is_accepted(client: TestClient, published: Docu
         for example in (
             operation.get("requestBody", {}).get("content", {}).get("application/json", {}).get("examples", {}).values()
         ):
-            assert client.request(method, path, json=example["value"]).status_code == 202
+            expected = 200 if operation["operationId"] == "evaluate_layout" else 202
+            assert client.request(method, path, json=example["value"]).status_code == expected
             sent += 1
-    assert sent == 1
+    assert sent == 2
 
 
 def test_example_values_fit_their_schemas(published: Document) -> None:
@@ -144,6 +148,8 @@ def schema_of(published: Document, operation_id: str, status: int, media_type: s
         ("create_layout", 400, lambda c, e: c.post("/v1/layouts", content=b"{")),
         ("create_layout", 415, lambda c, e: c.post("/v1/layouts", data={"a": "b"})),
         ("create_layout", 422, lambda c, e: c.post("/v1/layouts", json={})),
+        ("evaluate_layout", 200, lambda c, e: c.post("/v1/layouts/evaluate", json=EVALUATE_EXAMPLE)),
+        ("evaluate_layout", 422, lambda c, e: c.post("/v1/layouts/evaluate", json=e)),
         ("list_layouts", 200, lambda c, e: (c.post("/v1/layouts", json=e), c.get("/v1/layouts"))[1]),
         ("list_layouts", 422, lambda c, e: c.get("/v1/layouts?limit=0")),
         ("get_layout", 404, lambda c, e: c.get("/v1/layouts/none")),

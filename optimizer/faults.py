@@ -20,6 +20,9 @@ from optimizer.verify import LIMITS, ORIENTATION, POSITION, SIDE, ArmCheck
 SLACK = 1e-6
 """m or rad, of floor, couplings and limits between the poses: what a solver leaves, and rounding."""
 
+TOUCHING = 0.05
+"""mm, on either side."""
+
 
 def arm_faults(cell: Cell, arm: Arm, point: ArmPoint, check: ArmCheck) -> tuple[Reason, ...]:
     """What an arm by itself breaks where it stands."""
@@ -138,7 +141,8 @@ def path_faults(cell: Cell, path: PathClearance) -> tuple[Reason, ...]:
 def _collision(cell: Cell, found: ClassClearance) -> Reason:
     """The closest pair of a class that is too near."""
     contact, gap = found.contact, 1e3 * found.distance
-    how = f"penetrate by {-gap:.1f} mm" if gap < 0.0 else f"come within {gap:.1f} mm of each other"
+    how = f"come within {gap:.1f} mm of each other" if gap > 0.0 else f"penetrate by {-gap:.1f} mm"
+    how = how if abs(gap) >= TOUCHING else "touch"
     wanted = f"; {1e3 * found.required:g} mm are asked for" if found.required > 0.0 else ""
     where = _between(found.pose, found.fraction)
     detail = f"{contact.first} and {contact.second} {how} {where}{wanted}"

@@ -58,6 +58,20 @@ def parser() -> argparse.ArgumentParser:
     solve.add_argument("--time-limit", type=float, metavar="S", help="soft limit in s (DUOCELL_TIME_LIMIT, default 60)")
     solve.set_defaults(command=_solve)
 
+    check = commands.add_parser(
+        "check",
+        help="check a given layout",
+        description="Score and verify a layout without optimising: every base stands where the file says.",
+    )
+    check.add_argument(
+        "request",
+        metavar="REQUEST.json",
+        help="a body of POST /v1/layouts/evaluate, or what `duocell solve -o` wrote; - reads standard input",
+    )
+    check.add_argument("-o", "--output", metavar="RESULT.json", help="where to write the answer; - is standard output")
+    _add_robots(check)
+    check.set_defaults(command=_check)
+
     robots = commands.add_parser(
         "robots", help="list the robots, or show one", description="List the robots, or show one."
     )
@@ -95,6 +109,12 @@ def _solve(options: argparse.Namespace) -> int:
     from service.cli_solve import solve
 
     return solve(options.request, options.output, options.robot_urdf, options.time_limit)
+
+
+def _check(options: argparse.Namespace) -> int:
+    from service.cli_check import check
+
+    return check(options.request, options.output, options.robot_urdf)
 
 
 def _robots(options: argparse.Namespace) -> int:

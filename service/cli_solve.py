@@ -33,7 +33,7 @@ def solve(source: str, output: str | None, urdfs: Sequence[str], time_limit: flo
     """Solve the request in a file, print the layout, write the answer if asked to."""
     try:
         settings = Settings() if time_limit is None else Settings(time_limit=time_limit)
-        _check_writable(output)
+        check_writable(output)
         robots = robots_from(urdfs)
         accepted = accept(read(source), settings, robots)
     except InvalidRequest as error:
@@ -48,6 +48,12 @@ def solve(source: str, output: str | None, urdfs: Sequence[str], time_limit: flo
     except DuocellError as error:
         sys.stderr.write(f"failed: {error.detail}\n")
         return Exit.FAILED
+    show(accepted, result, created, output)
+    return exit_code(result)
+
+
+def show(accepted: Accepted, result: dict[str, Any], created: datetime, output: str | None) -> None:
+    """Print a result, and write it if asked to."""
     from service.cli_tables import print_layout
 
     resource = {
@@ -63,7 +69,6 @@ def solve(source: str, output: str | None, urdfs: Sequence[str], time_limit: flo
         sys.stdout.write(text)
     elif output is not None:
         Path(output).write_text(text, encoding="utf-8")
-    return exit_code(result)
 
 
 def exit_code(result: dict[str, Any]) -> int:
@@ -77,7 +82,7 @@ def figure(source: str, output: Path, urdfs: Sequence[str]) -> int:
     from service.figure import write_figure
 
     try:
-        _check_writable(str(output))
+        check_writable(str(output))
         resource = parse(read(source))
         if not isinstance(resource, dict) or not isinstance(resource.get("result"), dict):
             raise InvalidRequest(
@@ -95,7 +100,7 @@ def figure(source: str, output: Path, urdfs: Sequence[str]) -> int:
     return Exit.SOLVED
 
 
-def _check_writable(output: str | None) -> None:
+def check_writable(output: str | None) -> None:
     """Complain before the work rather than after it."""
     if output not in (None, "-") and not Path(str(output)).absolute().parent.is_dir():
         raise InvalidRequest([Issue("", f"{output} cannot be written: there is no such folder. Create it first.")])

@@ -1,8 +1,9 @@
 """The floor plan of a layout: a drawing of the cell from above, in metres, as SVG, PDF or PNG.
 
 Drawn are the path of the part with the grasps, every base with its yaw, the arms at the first, the middle and the last
-pose of every job, the region each base could be chosen from, and the circle its flange cannot leave. The colours stay
-apart for the colour-blind; names stand beside every base, so that the drawing survives a black-and-white printer too.
+pose of every job, the region each base could be chosen from, the circle its flange cannot leave, and what else stands
+there. The colours stay apart for the colour-blind; names stand beside every base, so that the drawing survives a
+black-and-white printer too.
 """
 
 from __future__ import annotations
@@ -23,10 +24,12 @@ from models.arm import Arm, Interval
 from models.arrays import Floats
 from models.cell import Cell
 from models.kinematics import reach_sphere
-from models.pose import rotation_about, rotation_z, transform
+from models.pose import rotation_about, transform
 from models.robot import Robot
 from models.task import Task
 from service.convert import cell_of
+from service.figure_surroundings import draw_bodies, draw_floor, draw_obstacles
+from service.schemas.evaluate import EvaluateRequest
 from service.schemas.request import LayoutRequest
 from service.validation import validate
 
@@ -60,12 +63,18 @@ def write_figure(resource: Mapping[str, Any], path: Path, robots: Mapping[str, R
 
     Not safe to call from several threads at once: matplotlib's settings are global.
     """
-    cell = cell_of(validate(LayoutRequest, resource["request"]), robots)
+    cell = cell_of(_request(resource["request"]), robots)
     with rc_context(STYLE):
         figure = draw_layout(cell, resource["result"])
         # The same layout gives the same file, on any day.
         dated = {".svg": "Date", ".pdf": "CreationDate"}.get(path.suffix)
         figure.savefig(path, dpi=160, bbox_inches="tight", metadata={dated: None} if dated else None)
+
+
+def _request(document: Mapping[str, Any]) -> LayoutRequest:
+    """The request of a layout that was asked for, or of one that was evaluated."""
+    evaluated = any("joints" in arm for arm in document["arms"])
+    return validate(EvaluateRequest if evaluated else LayoutRequest, document)
 
 
 def draw_layout(cell: Cell, result: Mapping[str, Any]) -> Figure:
@@ -78,6 +87,8 @@ def draw_layout(cell: Cell, result: Mapping[str, Any]) -> Figure:
     figure = Figure(figsize=(7.2, 7.2))
     axes = figure.add_subplot()
     placed = {arm["name"]: arm for arm in result["arms"]}
+    draw_floor(axes, cell)
+    draw_obstacles(axes, cell)
     _draw_regions(axes, cell)
     for index, arm in enumerate(cell.arms):
         if arm.name in placed:
@@ -130,7 +141,7 @@ def _draw_regions(axes: Axes, cell: Cell) -> None:
 def _draw_arm(axes: Axes, cell: Cell, arm: Arm, placed: Mapping[str, Any], colour: str) -> None:
     """Base, yaw, reach and the arm at some poses."""
     position, yaw = np.array(placed["base"]["position"]), float(placed["base"]["yaw"])
-    base_in_world = transform(rotation_z(yaw), position)
+    base_in_world = arm.base_in_world(position, yaw)
     joints = np.array(placed["joints"])
     shown = _shown_poses(cell.task)
     middles = [(job.start + job.stop) // 2 for job in cell.task.jobs]
@@ -144,24 +155,28 @@ def _draw_arm(axes: Axes, cell: Cell, arm: Arm, placed: Mapping[str, Any], colou
         label = f"{arm.name}: {arm.robot.name}" if index == middles[0] else None
         axes.plot(*line[:, :2].T, color=colour, marker="o", solid_capstyle="round", zorder=4, label=label, **style)
     _draw_reach(axes, cell, arm, base_in_world, colour)
-    _draw_base(axes, arm, position, yaw, colour)
-    _draw_numbers(axes, cell, arm, position, yaw, colour)
+    pedestal = cell.surroundings.of(arm.name).pedestal
+    if pedestal is not None:
+        draw_bodies(axes, [pedestal.body], base_in_world, colour, alpha=0.3, zorder=3)
+    _draw_base(axes, base_in_world, colour)
+    _draw_numbers(axes, cell, arm, base_in_world, yaw, colour)
 
 
-def _draw_base(axes: Axes, arm: Arm, position: Floats, yaw: float, colour: str) -> None:
+def _draw_base(axes: Axes, base_in_world: Floats, colour: str) -> None:
     """A disc with a cross at the origin of the base frame, and the direction of its x axis."""
-    x, y = position[:2]
+    x, y = base_in_world[:2, 3]
     axes.add_patch(Circle((x, y), 0.075, fc="white", ec=colour, lw=1.6, zorder=5))
-    tip = (x + 0.26 * np.cos(yaw), y + 0.26 * np.sin(yaw))
+    tip = (x + 0.26 * base_in_world[0, 0], y + 0.26 * base_in_world[1, 0])
     arrow = {"arrowstyle": "-|>", "color": colour, "lw": 1.4, "shrinkA": 0.0, "shrinkB": 0.0}
     axes.annotate("", xy=tip, xytext=(x, y), arrowprops=arrow, zorder=8)
     axes.plot([x], [y], marker="+", ms=7.0, color=colour, zorder=8)
 
 
-def _draw_numbers(axes: Axes, cell: Cell, arm: Arm, position: Floats, yaw: float, colour: str) -> None:
+def _draw_numbers(axes: Axes, cell: Cell, arm: Arm, base_in_world: Floats, yaw: float, colour: str) -> None:
     """What one needs to drill the holes: above or below the base, whichever looks away from the task."""
+    position = base_in_world[:3, 3]
     up = 1.0 if position[1] > np.mean(cell.task.poses[:, 1, 3]) else -1.0
-    clear_of_arrow = 36.0 if up * np.sin(yaw) > 0.3 else 15.0  # points
+    clear_of_arrow = 36.0 if up * base_in_world[1, 0] > 0.3 else 15.0  # points
     x, y, z = position
     axes.annotate(
         f"{arm.name}\nx {x:.3f}  y {y:.3f}  z {z:.3f} m\nyaw {degrees(yaw):.1f}°",
@@ -194,6 +209,8 @@ def _draw_part(axes: Axes, cell: Cell) -> None:
     for index in _shown_poses(cell.task):
         held = np.concatenate([grasps[:1, index], poses[None, index, :2, 3], grasps[1:, index]])
         axes.plot(*held.T, color=PART, lw=5.0, alpha=0.25, solid_capstyle="round", zorder=3)
+        if cell.surroundings.part is not None:
+            draw_bodies(axes, cell.surroundings.part.bodies, poses[index], PART, alpha=0.2, zorder=3)
     for job in cell.task.jobs:
         x, y = poses[job, 0, 3], poses[job, 1, 3]
         label = "part: poses of its origin" if job.start == 0 else None

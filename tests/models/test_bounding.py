@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from models.bounding import bounding, box_distances, enclosing_capsule, segment_distances
+from models.bounding import (
+    bounding,
+    box_distances,
+    box_gaps,
+    enclosing_capsule,
+    exact_box_distances,
+    segment_distances,
+)
 from models.separation import separation
 from models.shapes import Box, Capsule, HalfSpace, Sphere
 from tests.support.solids import KINDS, SEED, random_pose, random_shape, surface_points
@@ -93,3 +100,47 @@ def test_exact_for_balls_and_capsules_only():
     assert bounding(Sphere(0.1)).exact
     assert bounding(Capsule(0.1, 0.2)).exact
     assert not bounding(Box(np.ones(3))).exact
+
+
+@settings(max_examples=200, deadline=None)
+@given(SEED)
+def test_distances_from_boxes_are_those_of_a_fine_search(seed):
+    rng = np.random.default_rng(seed)
+    half = rng.integers(1, 3, 3).astype(float)
+    ends = rng.integers(-4, 5, (2, 3)).astype(float)  # often along a side, through a corner or of no length
+    shares = np.linspace(0.0, 1.0, 1001)[:, None]
+    points = ends[0] + shares * (ends[1] - ends[0])
+    searched = float(np.min(np.linalg.norm(points - np.clip(points, -half, half), axis=1)))
+    found = float(exact_box_distances(ends, half))
+    assert found <= searched + 1e-12
+    assert found >= searched - np.linalg.norm(ends[1] - ends[0]) / 1000.0 - 1e-12
+
+
+@settings(max_examples=100, deadline=None)
+@given(SEED)
+def test_capsules_beside_boxes_are_as_far_as_coal_says(seed):
+    rng = np.random.default_rng(seed)
+    box, capsule = random_shape(Box, rng), random_shape(Capsule, rng)
+    box_pose, capsule_pose = random_pose(rng), random_pose(rng)
+    bound, ends = placed(capsule, capsule_pose)
+    apart = float(exact_box_distances((ends - box_pose[:3, 3]) @ box_pose[:3, :3], 0.5 * box.size))
+    distance = separation(box, box_pose, capsule, capsule_pose).distance
+    if apart > 0.0:
+        assert apart - bound.radius == pytest.approx(distance, abs=1e-6)
+    else:
+        assert distance <= -bound.radius + 1e-6
+
+
+@settings(max_examples=200, deadline=None)
+@given(SEED)
+def test_gaps_between_boxes_are_below_the_distance_and_equal_the_depth(seed):
+    rng = np.random.default_rng(seed)
+    boxes = [random_shape(Box, rng) for _ in range(2)]
+    poses = [random_pose(rng, 0.3) for _ in range(2)]
+    if seed % 3 == 0:
+        poses[1][:3, :3] = poses[0][:3, :3]  # parallel edges have no normal
+    gap = float(box_gaps(poses[0], 0.5 * boxes[0].size, poses[1], 0.5 * boxes[1].size))
+    distance = separation(boxes[0], poses[0], boxes[1], poses[1]).distance
+    assert gap <= distance + 1e-6
+    if distance < 0.0:
+        assert gap == pytest.approx(distance, abs=1e-5)

@@ -62,6 +62,16 @@ def test_bounds_are_below_every_distance_and_exact_where_they_say_so(k):
     assert np.array_equal(MODEL.bounds(here, some)[0], np.where(some, bounds, np.inf))
 
 
+def test_distances_asked_for_together_are_those_of_coal():
+    here = MODEL.configure(SCENE.bases, SCENE.joints, SCENE.cell.task.poses)
+    rng = np.random.default_rng(0)
+    pairs = rng.choice(np.flatnonzero(here.counted), 300)
+    k = rng.integers(0, len(here), 300)
+    found = MODEL.distances(here, k, pairs)
+    one_by_one = [MODEL.contact(here, int(i), int(pair)).distance for i, pair in zip(k, pairs, strict=True)]
+    assert found == pytest.approx(one_by_one, abs=2e-6)
+
+
 def test_many_configurations_at_once_are_the_same_as_one_by_one():
     poses = SCENE.cell.task.poses
     together = MODEL.bounds(MODEL.configure(SCENE.bases, SCENE.joints, poses))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from models.errors import InvalidInput
-from models.floor import Footprint
+from models.floor import POINT, Footprint
 from models.shapes import Body, Box, ConvexHull, Cylinder, HalfSpace, Sphere
 from models.surroundings import Clearances, Equipment, PairClass, Part, Pedestal, Surroundings
 from tests.support.solids import support
@@ -77,3 +77,15 @@ def test_surroundings_travel_to_worker_processes():
     again = pickle.loads(pickle.dumps(surroundings))
     assert [o.name for o in again.obstacles] == ["ball", "floor"]
     assert again.of("a").tool[0].shape == Sphere(0.1)
+
+
+def test_the_footprint_is_the_arms_own_or_its_pedestals_or_the_origin():
+    plate, foot = Footprint.disc(0.3), Footprint.rectangle(0.4, 0.2)
+    equipment = {
+        "a": Equipment(pedestal=Pedestal(0.5, foot), footprint=plate),
+        "b": Equipment(pedestal=Pedestal(1.0, foot)),
+    }
+    around = Surroundings(equipment=equipment)
+    assert around.footprint("a") is plate
+    assert around.footprint("b") is foot
+    assert around.footprint("c") is POINT

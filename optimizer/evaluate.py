@@ -24,10 +24,12 @@ from optimizer.measure import jobs_of, objective_of, path_signs, placed
 from optimizer.program import ArmPoint
 from optimizer.reasons import explain_general, explain_path, name_jobs
 from optimizer.reduced import Paths, ReducedProblem, evaluate, reduced_problem, seen_from
+from optimizer.search import search_arm
+from optimizer.settings import Settings
 from optimizer.verify import ArmCheck, check, summarise
 
-POLISHING = 5.0
-"""s, soft limit of the local solve of an arm without a reduced problem."""
+SEARCHING = 3.0
+"""s, soft limit of what is done for an arm without a reduced problem."""
 FOLLOWABLE = 1e-3
 """m and rad; joints that miss their poses by more say nothing about the way between them."""
 
@@ -155,17 +157,28 @@ def _nearest(cell: Cell, problem: ReducedProblem, paths: Paths, k: int) -> _Stan
 
 
 def _general(cell: Cell, arm: Arm) -> _Standing:
-    """The cheapest path through the branches; what its samples of a redundant arm leave is got by a local solve."""
-    position, yaw = _place(arm)
-    path = best_path(cell, arm, position, yaw)
-    if path.unreached:
+    """The cheapest path through the branches; what its samples of a redundant arm leave is got by a local solve.
+
+    Where that ends in nothing usable, the search of an arm with a fixed base has the last word.
+    """
+    deadline = time.perf_counter() + SEARCHING
+    path = best_path(cell, arm, *_place(arm))
+    if path.unreached and arm.dof <= 6:  # all branches are known
         return _Standing(arm, None, None, explain_general(cell, arm, [path]), 1)
-    point = ArmPoint(position, path.yaw, path.joints, path.signs)
-    found = [_judged(cell, arm, point, 1)]
-    if arm.dof > 6 or found[0].reasons:
-        solved = solve_locally(cell, arm, point, time.perf_counter() + POLISHING)
-        if solved.status.has_point:
-            found.append(_judged(cell, arm, solved.points[0], 2))
+    found = []
+    if not path.unreached:
+        point = ArmPoint(path.position, path.yaw, path.joints, path.signs)
+        found.append(_judged(cell, arm, point, 1))
+        if arm.dof > 6 or found[0].reasons:
+            solved = solve_locally(cell, arm, point, deadline)
+            if solved.status.has_point:
+                found.append(_judged(cell, arm, solved.points[0], 2))
+    if not any(one.point is not None and not one.reasons for one in found):
+        searched = search_arm(cell, arm, Settings(), deadline)
+        if searched.best is not None:
+            return _judged(cell, arm, searched.best, searched.candidates)
+        if not found:
+            return _Standing(arm, None, None, searched.reasons, searched.candidates)
     return min(found, key=lambda one: (bool(one.reasons), _objective(cell, one)))
 
 

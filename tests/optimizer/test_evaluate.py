@@ -95,6 +95,15 @@ def test_a_place_where_the_task_is_possible_is_feasible_and_no_worse_than_the_wi
     assert given.objective == pytest.approx(witness)
 
 
+def test_a_redundant_arm_is_searched_where_the_samples_of_its_freedom_lead_nowhere():
+    task = possible("iiwa14", np.random.default_rng(5), poses=16, step=0.05)
+    found = evaluate_layout(at(task.cell, [(*task.position, task.yaw)]))
+    assert found.outcome is Outcome.FEASIBLE
+    assert found.search.candidates > 2
+    far = evaluate_layout(at(task.cell, [(9.0, 9.0, 9.0, 0.0)]))
+    assert kinds(far) == ["out_of_reach"]
+
+
 @pytest.mark.parametrize("robot", ["puma560", "ur5e"])
 @pytest.mark.parametrize("roll", [0.7, np.pi])
 def test_a_leaning_or_hanging_arm(robot, roll):

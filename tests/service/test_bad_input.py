@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
+from service.schemas.evaluate import EVALUATE_EXAMPLE
 from service.schemas.request import EXAMPLE
 
 Document = dict[str, Any]
@@ -54,6 +55,22 @@ def task(value: Any) -> Spoil:
 
 def turned(orientation: Any) -> Spoil:
     return put("/arms/0/grasp/orientation", orientation)
+
+
+BOX = {"type": "box", "size": [1.0, 1.0, 1.0]}
+CROSSED = [[0, 0], [1, 1], [1, 0], [0, 1]]
+
+
+def obstacle(**fields: Any) -> Spoil:
+    return put("/obstacles", [{"name": "table", "shape": BOX, **fields}])
+
+
+def shape(**fields: Any) -> Spoil:
+    return obstacle(shape=fields)
+
+
+def tied(**fields: Any) -> Spoil:
+    return put("/coupling", [{"arms": ["main", "follower"], **fields}])
 
 
 REFUSED: dict[str, tuple[Spoil, str, str]] = {
@@ -176,6 +193,112 @@ REFUSED: dict[str, tuple[Spoil, str, str]] = {
     "gap of zero": (put("/certificate", {"gap": 0.0}), "/certificate/gap", "greater than 0"),
     "a day of proving": (put("/certificate", {"time_limit": 86400.0}), "/certificate/time_limit", "600"),
     "a baseline twice": (put("/baselines", ["exterior-penalty"] * 2), "/baselines/1", "twice"),
+    "obstacles null": (put("/obstacles", None), "/obstacles", "list"),
+    "an obstacle without a name": (put("/obstacles", [{"shape": BOX}]), "/obstacles/0/name", "missing"),
+    "an obstacle without a shape": (put("/obstacles", [{"name": "a"}]), "/obstacles/0/shape", "missing"),
+    "two obstacles of one name": (
+        put("/obstacles", [{"name": "a", "shape": BOX}] * 2),
+        "/obstacles/1/name",
+        "unique",
+    ),
+    "two hundred and one obstacles": (put("/obstacles", [0] * 201), "/obstacles", "DUOCELL_MAX_OBSTACLES"),
+    "an obstacle a thousand miles away": (
+        obstacle(pose={**POSE, "position": [1e6, 0, 0]}),
+        "/obstacles/0/pose/position",
+        "metres",
+    ),
+    "an obstacle turned wrongly": (
+        obstacle(pose={**POSE, "orientation": {"quaternion": [0, 0, 0, 2]}}),
+        "/obstacles/0/pose/orientation/quaternion",
+        "Normalise",
+    ),
+    "a shape without a type": (shape(size=[1, 1, 1]), "/obstacles/0/shape/type", "capsule"),
+    "an unknown type of shape": (shape(type="cilinder"), "/obstacles/0/shape/type", "'cylinder'"),
+    "a type of shape that is no word": (shape(type=["box"]), "/obstacles/0/shape/type", "half_space"),
+    "a shape as a word": (obstacle(shape="box"), "/obstacles/0/shape", "braces"),
+    "a box without a size": (shape(type="box"), "/obstacles/0/shape/size", "missing"),
+    "a box with a radius": (shape(type="box", size=[1, 1, 1], radius=1), "/obstacles/0/shape/radius", "size"),
+    "a flat box": (shape(type="box", size=[1, 1, 0]), "/obstacles/0/shape/size/2", "greater than 0"),
+    "a box in millimetres": (shape(type="box", size=[1, 1200, 1]), "/obstacles/0/shape/size/1", "metres"),
+    "a ball inside out": (shape(type="sphere", radius=-1), "/obstacles/0/shape/radius", "greater than 0"),
+    "a mesh that nobody sent": (shape(type="mesh", id="none"), "/obstacles/0/shape/id", "'none'"),
+    "a mesh of no size": (shape(type="mesh", id="none", scale=0.0), "/obstacles/0/shape/scale", "greater than 0"),
+    "a part without shapes": (put("/part", {"shapes": []}), "/part/shapes", "at least 1"),
+    "a part that is a half-space": (
+        put("/part", {"shapes": [{"shape": {"type": "half_space"}}]}),
+        "/part/shapes/0/shape/type",
+        "box",
+    ),
+    "a grasp zone of less than nothing": (
+        put("/part", {"shapes": [{"shape": BOX}], "grasp_zone": -0.1}),
+        "/part/grasp_zone",
+        "at least 0",
+    ),
+    "a tool that is a half-space": (
+        put("/arms/1/tool_shapes", [{"shape": {"type": "half_space"}}]),
+        "/arms/1/tool_shapes/0/shape/type",
+        "box",
+    ),
+    "a tool of a hundred shapes": (put("/arms/1/tool_shapes", [0] * 100), "/arms/1/tool_shapes", "50"),
+    "a floor that crosses itself": (put("/floor", {"allowed": CROSSED}), "/floor/allowed", "order"),
+    "a forbidden line": (put("/floor", {"forbidden": [[[0, 0], [1, 1], [2, 2]]]}), "/floor/forbidden/0", "simple"),
+    "a floor of two corners": (put("/floor", {"allowed": [[0, 0], [1, 1]]}), "/floor/allowed", "at least 3"),
+    "a floor of too many corners": (put("/floor", {"forbidden": [[[0, 0]] * 101]}), "/floor/forbidden/0", "coarser"),
+    "a floor as large as a country": (
+        put("/floor", {"allowed": [[0, 0], [1e6, 0], [0, 1]]}),
+        "/floor/allowed/1/0",
+        "metres",
+    ),
+    "a floor with a negative margin": (put("/floor", {"margin": -1}), "/floor/margin", "at least 0"),
+    "a pedestal without height": (
+        put("/arms/0/pedestal", {"height": 0.0, "footprint": {"radius": 1}}),
+        "/arms/0/pedestal/height",
+        "greater than 0",
+    ),
+    "a pedestal in millimetres": (
+        put("/arms/0/pedestal", {"height": 1500.0, "footprint": {"radius": 1}}),
+        "/arms/0/pedestal/height",
+        "1500",
+    ),
+    "a footprint without a form": (put("/arms/0/footprint", {}), "/arms/0/footprint", "exactly one of"),
+    "a footprint of two forms": (
+        put("/arms/0/footprint", {"radius": 1, "size": [1, 1]}),
+        "/arms/0/footprint",
+        "exactly one of",
+    ),
+    "a footprint with a dent": (
+        put("/arms/0/footprint", {"polygon": [[0, 0], [1, 0], [0.2, 0.2], [0, 1]]}),
+        "/arms/0/footprint/polygon",
+        "convex",
+    ),
+    "a mount in degrees": (put("/arms/0/mount", {"roll": 180.0}), "/arms/0/mount/roll", "radians"),
+    "a mount with a yaw": (put("/arms/0/mount", {"yaw": 1.0}), "/arms/0/mount/yaw", "pitch"),
+    "a coupling without a type": (tied(), "/coupling/0/type", "mirror"),
+    "an unknown coupling": (tied(type="same-z"), "/coupling/0/type", "'same_z'"),
+    "a coupling of one arm": (tied(type="same_z", arms=["main"]), "/coupling/0/arms", "at least 2"),
+    "a coupling of three arms": (tied(type="mirror", arms=["main"] * 3), "/coupling/0/arms", "at most 2"),
+    "a coupling of an arm with itself": (
+        tied(type="distance", arms=["main", "main"]),
+        "/coupling/0/arms",
+        "different",
+    ),
+    "a coupling of an unknown arm": (
+        tied(type="same_z", arms=["main", "folower"]),
+        "/coupling/0/arms/1",
+        "'follower'",
+    ),
+    "a rail of one arm that leads nowhere": (tied(type="rail", arms=["main"], angle=0.0), "/coupling/0/arms", "2"),
+    "a distance that nothing has": (tied(type="distance", minimum=2, maximum=1), "/coupling/0/minimum", "<="),
+    "a direction in degrees": (tied(type="direction", angle=90.0), "/coupling/0/angle", "radians"),
+    "a mirror without a point": (tied(type="mirror", angle=0.0), "/coupling/0/point", "missing"),
+    "a negative clearance": (put("/clearance", {"arm_arm": -0.03}), "/clearance/arm_arm", "at least 0"),
+    "an unknown class of pairs": (put("/clearance", {"arm_floor": 0.03}), "/clearance/arm_floor", "arm_obstacle"),
+    "a clearance as a number": (put("/clearance", 0.03), "/clearance", "object"),
+    "half an alternative": (put("/alternatives", 0.5), "/alternatives", "whole"),
+    "eleven alternatives": (put("/alternatives", 11), "/alternatives", "at most 10"),
+    "tolerances of nothing": (put("/tolerance", {"position": 0, "angle": 0}), "/tolerance", "positive"),
+    "a tolerance of a metre": (put("/tolerance", {"position": 1.0}), "/tolerance/position", "at most 0.5"),
+    "explain as a word": (put("/explain", "yes"), "/explain", "true or false"),
     "unknown baseline": (put("/baselines", ["guessing"]), "/baselines/0", "interior-penalty"),
 }
 
@@ -197,6 +320,26 @@ def test_refused_with_place_and_advice(live: TestClient, name: str) -> None:
     assert details, problem["errors"]
     assert any(word in detail for detail in details), details
     assert all(detail.endswith((".", "?")) for detail in details)
+
+
+EVALUATED: dict[str, tuple[Spoil, str, str]] = {
+    "a base that is not fixed": (put("/arms/0/base/x", [0.0, 1.0]), "/arms/0/base/x", "number"),
+    "joints of five": (put("/arms/0/joints", [[0.0] * 5] * 10), "/arms/0/joints/0", "6 joints"),
+    "joints of nine poses": (put("/arms/0/joints", [[0.0] * 6] * 9), "/arms/0/joints", "10 poses"),
+    "joints in words": (put("/arms/0/joints", ["home"] * 10), "/arms/0/joints/0", "list"),
+    "a joint that is not a number": (put("/arms/0/joints", [[None] * 6] * 10), "/arms/0/joints/0/0", "number"),
+}
+
+
+@pytest.mark.parametrize("name", EVALUATED)
+def test_an_evaluation_is_refused_with_place_and_advice(live: TestClient, name: str) -> None:
+    spoil, pointer, word = EVALUATED[name]
+    request = copy.deepcopy(EVALUATE_EXAMPLE)
+    spoil(request)
+    answer = live.post("/v1/layouts/evaluate", json=request)
+    assert answer.status_code == 422, answer.text
+    details = [error["detail"] for error in answer.json()["errors"] if error["pointer"] == pointer]
+    assert any(word in detail for detail in details), answer.json()["errors"]
 
 
 @pytest.mark.parametrize(

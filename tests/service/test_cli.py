@@ -27,6 +27,10 @@ def write(folder: Path, document: Document) -> str:
     return str(path)
 
 
+def at(x: float, y: float, z: float) -> Document:
+    return {"position": [x, y, z], "orientation": {"quaternion": [0.0, 0.0, 0.0, 1.0]}}
+
+
 @pytest.fixture
 def small(example: Document) -> Document:
     """A request that is quickly solved."""
@@ -86,6 +90,58 @@ def test_solve_reads_standard_input_and_writes_standard_output(small: Document) 
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["result"]["outcome"] == "optimal"
     assert "Placements" in done.stderr
+
+
+def test_an_answer_passes_its_own_check(tmp_path: Path, small: Document, capsys: pytest.CaptureFixture[str]) -> None:
+    small["obstacles"] = [{"name": "floor", "pose": at(0.0, 0.0, -1.0), "shape": {"type": "half_space"}}]
+    result, checked = tmp_path / "result.json", tmp_path / "checked.json"
+    assert main(["solve", write(tmp_path, small), "-o", str(result)]) == 0
+    assert main(["check", str(result), "-o", str(checked)]) == 0
+    printed = capsys.readouterr().out
+    assert "feasible, objective" in printed
+    assert re.search(r"arm_obstacle │ +0\.0 │ +\d+\.\d │ +\d+\.\d │ main .* and floor", printed)
+    solved, again = (json.loads(path.read_text()) for path in (result, checked))
+    assert again["result"]["outcome"] == "feasible"
+    assert again["result"]["objective"] == pytest.approx(solved["result"]["objective"])
+    assert again["request"]["arms"][0]["joints"] == solved["result"]["arms"][0]["joints"]
+    assert main(["check", str(checked)]) == 0
+    assert main(["figure", str(checked), "-o", str(tmp_path / "layout.svg")]) == 0
+
+
+def test_a_base_that_is_moved_is_checked_there(
+    tmp_path: Path, small: Document, capsys: pytest.CaptureFixture[str]
+) -> None:
+    small["arms"][0]["base"] = {"x": 0.2, "y": 0.9, "z": 0.0, "yaw": -0.8}
+    assert main(["check", write(tmp_path, small)]) == 0
+    small["obstacles"] = [{"name": "post", "pose": at(0.2, 0.9, 0.0), "shape": {"type": "sphere", "radius": 0.3}}]
+    assert main(["check", write(tmp_path, small)]) == 3
+    assert "and post penetrate by" in capsys.readouterr().out
+    small["arms"][0]["base"]["x"] = [0.0, 1.0]
+    assert main(["check", write(tmp_path, small)]) == 2
+    assert "/arms/0/base/x: " in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("change", "code", "word"),
+    [
+        (lambda r: r["result"]["arms"][0]["base"]["position"].__setitem__(0, 9.0), 2, "stands at x = 9"),
+        (lambda r: r["result"]["arms"][0]["base"]["position"].__setitem__(2, 0.01), 2, "the request allows 0 to 0"),
+        (lambda r: r["result"]["arms"].clear(), 2, "no place for 'main'"),
+        (lambda r: r["result"]["arms"][0].pop("joints"), 2, "no complete layout"),
+        (lambda r: r["result"]["arms"][0]["joints"][1].__setitem__(2, 0.0), 3, "off its grasp"),
+    ],
+)
+def test_a_result_that_was_changed_does_not_pass(
+    tmp_path: Path, small: Document, capsys: pytest.CaptureFixture[str], change: Any, code: int, word: str
+) -> None:
+    result = tmp_path / "result.json"
+    assert main(["solve", write(tmp_path, small), "-o", str(result)]) == 0
+    resource = json.loads(result.read_text())
+    change(resource)
+    result.write_text(json.dumps(resource))
+    capsys.readouterr()
+    assert main(["check", str(result)]) == code
+    assert word in "".join(capsys.readouterr())
 
 
 def test_a_drawing_of_the_answer(tmp_path: Path, small: Document) -> None:

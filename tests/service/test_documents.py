@@ -1,13 +1,15 @@
 """From layouts to documents."""
 
 import json
+from dataclasses import replace
 from math import cos, inf, pi, sin
 from typing import Any
 
 import numpy as np
 import pytest
 
-from models.pose import rotation_from_quaternion, rotation_z
+from models.pose import rotation_from_quaternion, rotation_x, rotation_z
+from optimizer.findings import Alternative, Clearance, Explanation, Relaxation, Tolerance
 from optimizer.layout import (
     ArmCertificate,
     Baseline,
@@ -49,6 +51,7 @@ BASELINE_ARM = BaselineArm(
     trace=(PenaltyCycle("interior", 0.3, inf, None, np.zeros(4), -0.1, 3, 9),),
     note="the start is infeasible",
 )
+CLEARANCE = Clearance("self", 0.01, 0.02, "main link 1", "main tool", 3, 0.25, None, False)
 FULL = Layout(
     outcome=Outcome.OPTIMAL,
     objective=5.0,
@@ -60,6 +63,9 @@ FULL = Layout(
     certificate=Certificate(4.9, 0.02, False, 7, 0.1, (ArmCertificate("main", None, None, False, 7, 0.1, "none yet"),)),
     baselines=(Baseline("interior-penalty", None, 0.2, False, (BASELINE_ARM,), "none"),),
     jobs=(JobShare("a", 0, 2, 1.0, 5.0), JobShare("b", 2, 3, 0.0, None)),
+    clearances=(CLEARANCE,),
+    alternatives=(Alternative(6.0, (PLACEMENT,), (CLEARANCE,), "farther from everything"),),
+    tolerance=Tolerance(0.002, 0.001, 64, 1.0, inf, inf, {"self": 0.019, "arm_arm": inf}, inf, "nothing breaks"),
 )
 INFEASIBLE = Layout(
     outcome=Outcome.INFEASIBLE,
@@ -69,6 +75,7 @@ INFEASIBLE = Layout(
     proved=True,
     search=Search(1, 0, 0, 0.1),
     verification=None,
+    explanation=Explanation(("the region of main",), True, (Relaxation("allow more", "/arms/0/base/x", 7.0),)),
 )
 
 
@@ -83,6 +90,48 @@ def test_what_is_infinite_is_null() -> None:
     arm = result_document(FULL, "")["arms"][0]
     assert arm["minimum_margin"] is None
     assert arm["joint_margins"] == [None] * 6
+
+
+def test_every_class_of_clearances_is_there() -> None:
+    document = result_document(FULL, "")
+    assert document["clearances"] == {
+        "arm_arm": None,
+        "arm_part": None,
+        "arm_obstacle": None,
+        "part_obstacle": None,
+        "self": {
+            "required": 0.01,
+            "distance": 0.02,
+            "pair": ["main link 1", "main tool"],
+            "pose": 3,
+            "fraction": 0.25,
+            "lower_bound": None,
+            "certain": False,
+        },
+    }
+    assert document["alternatives"][0]["clearances"] == document["clearances"]
+    assert document["tolerance"]["clearances"]["self"] == 0.019
+    assert document["tolerance"]["clearances"]["arm_arm"] is None
+    assert result_document(INFEASIBLE, "")["explanation"]["relaxations"][0]["pointer"] == "/arms/0/base/x"
+    assert document["explanation"] is None
+
+
+@pytest.mark.parametrize("roll", [0.0, 0.5, pi, -pi / 2])
+def test_the_pose_of_a_mounted_base_is_its_mount_and_then_its_yaw(roll: float) -> None:
+    mount = rotation_x(roll)
+    layout = replace(
+        FULL,
+        placements=(replace(PLACEMENT, mount=mount),),
+        baselines=(Baseline("exterior-penalty", None, 0.2, False, (replace(BASELINE_ARM, mount=mount),)),),
+    )
+    document = result_document(layout, "")
+    for base, yaw in (
+        (document["arms"][0]["base"], 4.0),
+        (document["baselines"][0]["arms"][0]["base"], 0.1),
+        (document["baselines"][0]["arms"][0]["start"], 1.0),
+    ):
+        quaternion = base["pose"]["orientation"]["quaternion"]
+        np.testing.assert_allclose(rotation_from_quaternion(quaternion), mount @ rotation_z(yaw), atol=1e-12)
 
 
 def test_the_pose_of_a_base_agrees_with_its_yaw() -> None:

@@ -7,15 +7,19 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
-from matplotlib.patches import Circle, Rectangle
+from matplotlib.lines import AxLine
+from matplotlib.patches import Circle, Polygon, Rectangle
 
 from models.catalogue import robot
 from models.kinematics import flange_poses
 from models.pose import quaternion_from_rotation, rotation_z, transform
+from models.shapes import Body
 from service.convert import cell_of
 from service.figure import arm_points, draw_layout, write_figure
+from service.figure_surroundings import outline
 from service.schemas.request import LayoutRequest
 from service.validation import validate
+from tests.support.solids import KINDS, random_pose, random_shape, support
 
 TOOL = transform(rotation_z(0.3), [0.02, -0.01, 0.15])
 BASES = {"main": ([0.2, 0.9, 0.1], -0.7), "follower": ([1.5, -0.1, 0.0], 2.2)}
@@ -174,3 +178,80 @@ def test_without_placements_the_picture_shows_the_regions(resource: dict[str, An
     axes = drawn(resource)
     assert axes.get_xlim()[0] < -1.0
     assert axes.get_xlim()[1] > 2.0
+
+
+# --- what else stands there -------------------------------------------------------------------------------------------
+
+TABLE = {"type": "box", "size": [0.6, 0.4, 0.8]}
+PIT = [[3.0, 3.0], [4.0, 3.0], [4.0, 4.0]]
+
+
+def outlines(axes: Axes) -> list[np.ndarray]:
+    return [patch.get_xy()[:-1] for patch in axes.patches if isinstance(patch, Polygon)]
+
+
+def some_outline(axes: Axes, corners: Any) -> bool:
+    """Whether a polygon with these corners is drawn, wherever it begins."""
+    wanted = np.array(corners)
+    return any(
+        len(found) == len(wanted) and all(np.min(np.linalg.norm(found - corner, axis=1)) < 1e-6 for corner in wanted)
+        for found in outlines(axes)
+    )
+
+
+def rectangle(x: float, y: float, half: tuple[float, float], angle: float) -> np.ndarray:
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    return corners @ turn.T + [x, y]
+
+
+def test_obstacles_floor_pedestals_and_part_are_seen_from_above(resource: dict[str, Any]) -> None:
+    request = resource["request"]
+    turned = {"position": [0.5, -0.5, 0.4], "orientation": {"rpy": [0.0, 0.0, 0.5]}}
+    upright = {"position": [0.5, -0.5, 0.4], "orientation": {"rpy": [np.pi / 2, 0.0, 0.0]}}
+    request["obstacles"] = [
+        {"name": "table", "pose": turned, "shape": TABLE},
+        {"name": "floor", "shape": {"type": "half_space"}},
+        {"name": "wall", "pose": upright, "shape": {"type": "half_space"}},
+    ]
+    request["floor"] = {"allowed": [[-3, -3], [3, -3], [3, 3]], "forbidden": [PIT, [[5, 5], [6, 5], [6, 6]]]}
+    request["arms"][0]["pedestal"] = {"height": 0.5, "footprint": {"size": [0.4, 0.3]}}
+    request["part"] = {"shapes": [{"shape": {"type": "box", "size": [0.2, 0.1, 0.05]}}]}
+    axes = drawn(resource)
+    assert some_outline(axes, rectangle(0.5, -0.5, (0.3, 0.2), 0.5))
+    assert some_outline(axes, rectangle(0.2, 0.9, (0.2, 0.15), -0.7))
+    assert some_outline(axes, PIT)
+    assert some_outline(axes, [[-3, -3], [3, -3], [3, 3]])
+    labels = [patch.get_label() for patch in axes.patches]
+    assert [labels.count(name) for name in ("obstacles", "allowed floor", "forbidden floor")] == [1, 1, 1]
+    assert "table" in texts(axes)
+    (wall,) = [line for line in axes.lines if isinstance(line, AxLine)]
+    assert wall.get_xy1()[1] == wall.get_xy2()[1] == -0.5
+    part = np.array([pose["position"] for pose in request["task"]["poses"]])
+    for index in (0, len(part) // 2, len(part) - 1):
+        assert any(np.linalg.norm(found.mean(axis=0) - part[index, :2]) < 1e-9 for found in outlines(axes))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_shadow_of_a_shape_reaches_as_far_as_the_shape(kind: type) -> None:
+    rng = np.random.default_rng(7)
+    directions = np.column_stack([np.cos(np.arange(12.0)), np.sin(np.arange(12.0)), np.zeros(12)])
+    for _ in range(10):
+        body = Body("thing", random_pose(rng), random_shape(kind, rng))
+        frame = random_pose(rng)
+        shadow = outline(body, frame)
+        reach = support(body.shape, frame @ body.pose, directions)
+        seen = np.max(directions[:, :2] @ shadow.T, axis=1)
+        assert np.all(seen <= reach + 1e-9)
+        assert np.all(seen >= reach - 3e-3)  # circles have 48 corners
+
+
+def test_an_arm_on_the_ceiling_is_drawn_where_it_hangs(resource: dict[str, Any]) -> None:
+    request = resource["request"]
+    request["arms"][0]["mount"] = {"roll": 3.141592653589793}
+    axes = drawn(resource)
+    (strong,) = [line for line in axes.lines if line.get_label() == "main: puma560"]
+    joints = np.array(resource["result"]["arms"][0]["joints"])[3:4]
+    base = np.diag([1.0, -1.0, -1.0]) @ rotation_z(-0.7)
+    points = arm_points(robot("puma560"), joints, TOOL)[0] @ base.T + [0.2, 0.9, 0.1]
+    np.testing.assert_allclose(np.asarray(strong.get_xydata()), points[:, :2], atol=1e-12)

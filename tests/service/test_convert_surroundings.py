@@ -1,0 +1,252 @@
+"""From what a request says of a real cell to the objects of the models."""
+
+import json
+from collections.abc import Sequence
+from math import inf, pi
+from typing import Any
+
+import numpy as np
+import pytest
+
+from models.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from models.errors import InvalidInput
+from models.floor import POINT
+from models.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Sphere
+from models.surroundings import Clearances
+from optimizer.settings import ToleranceSettings
+from service.accept import accept
+from service.convert import cell_of, joints_of, settings_of
+from service.issues import InvalidRequest
+from service.schemas.evaluate import EVALUATE_EXAMPLE, EvaluateRequest
+from service.schemas.request import LayoutRequest
+from service.settings import Limits
+from service.validation import validate
+
+Document = dict[str, Any]
+
+AT = {"position": [1.0, 2.0, 3.0], "orientation": {"rpy": [0.0, 0.0, pi / 2]}}
+BOX = {"type": "box", "size": [1.0, 2.0, 3.0]}
+NOTHING = Clearances()
+CONTACT = Clearances(0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def cell(document: Document, meshes: Any = None) -> Any:
+    request = validate(LayoutRequest, document)
+    return cell_of(request) if meshes is None else cell_of(request, None, meshes)
+
+
+class Shelf:
+    """Two tetrahedra that are called "wedge"."""
+
+    def hulls(self, mesh_id: str, scale: float = 1.0) -> Sequence[ConvexHull]:
+        if mesh_id != "wedge":
+            raise InvalidInput("no such mesh.", "/id")
+        corners = scale * np.vstack([np.zeros(3), np.eye(3)])
+        return [ConvexHull(corners), ConvexHull(corners + scale)]
+
+
+def test_without_anything_a_cell_is_what_it_was(example: Document) -> None:
+    made = cell(example)
+    around = made.surroundings
+    assert not made.coupled
+    assert around.obstacles == ()
+    assert around.part is None
+    assert around.clearances == NOTHING
+    assert all(np.array_equal(arm.mount, np.eye(3)) for arm in made.arms)
+    assert all(around.footprint(arm.name) is POINT for arm in made.arms)
+
+
+@pytest.mark.parametrize(
+    ("shape", "kind", "numbers"),
+    [
+        (BOX, Box, {"size": [1.0, 2.0, 3.0]}),
+        ({"type": "sphere", "radius": 0.1}, Sphere, {"radius": 0.1}),
+        ({"type": "cylinder", "radius": 0.1, "length": 0.4}, Cylinder, {"radius": 0.1, "length": 0.4}),
+        ({"type": "capsule", "radius": 0.1, "length": 0.4}, Capsule, {"radius": 0.1, "length": 0.4}),
+        ({"type": "half_space"}, HalfSpace, {}),
+    ],
+)
+def test_every_shape(example: Document, shape: Document, kind: type, numbers: Document) -> None:
+    example["obstacles"] = [{"name": "thing", "pose": AT, "shape": shape}]
+    (body,) = cell(example).surroundings.obstacles
+    assert body.name == "thing"
+    np.testing.assert_allclose(body.pose[:3, 3], [1.0, 2.0, 3.0])
+    np.testing.assert_allclose(body.pose[:3, 0], [0.0, 1.0, 0.0], atol=1e-12)
+    assert isinstance(body.shape, kind)
+    for name, value in numbers.items():
+        np.testing.assert_array_equal(getattr(body.shape, name), value)
+
+
+def test_a_mesh_becomes_its_pieces_with_names_of_their_own(example: Document) -> None:
+    mesh = {"type": "mesh", "id": "wedge", "scale": 0.5}
+    example["obstacles"] = [{"name": "jig", "pose": AT, "shape": mesh}, {"name": "jig piece 2", "shape": BOX}]
+    example["part"] = {"shapes": [{"shape": mesh}, {"shape": BOX}]}
+    example["arms"][0]["tool_shapes"] = [{"shape": mesh}]
+    around = cell(example, Shelf()).surroundings
+    assert [body.name for body in around.obstacles] == ["jig", "jig piece 2'", "jig piece 2"]
+    first, second = (body.shape for body in around.obstacles[:2])
+    np.testing.assert_allclose(second.points.min(axis=0), first.points.min(axis=0) + 0.5)
+    assert [body.name for body in around.part.bodies] == ["part 1", "part 2", "part 3"]
+    assert len(around.of("main").tool) == 2
+    example["obstacles"][0]["shape"] = {"type": "mesh", "id": "other"}
+    with pytest.raises(InvalidRequest) as caught:
+        cell(example, Shelf())
+    assert [issue.pointer for issue in caught.value.issues] == ["/obstacles/0/shape/id"]
+
+
+def test_a_part_with_its_grasp_zone(example: Document) -> None:
+    example["part"] = {"shapes": [{"pose": AT, "shape": BOX}], "grasp_zone": 0.15}
+    part = cell(example).surroundings.part
+    assert part.grasp_zone == 0.15
+    assert [body.name for body in part.bodies] == ["part"]
+
+
+def test_what_an_arm_brings_along(example: Document) -> None:
+    example["arms"][0] |= {
+        "pedestal": {"height": 0.6, "footprint": {"size": [0.4, 0.2]}},
+        "tool_shapes": [{"pose": AT, "shape": {"type": "sphere", "radius": 0.1}}],
+    }
+    example["arms"][1] |= {
+        "pedestal": {"height": 0.5, "footprint": {"radius": 0.3}},
+        "footprint": {"polygon": [[-0.2, -0.2], [0.3, 0.0], [-0.2, 0.2]]},
+    }
+    around = cell(example).surroundings
+    main, follower = around.of("main"), around.of("follower")
+    np.testing.assert_array_equal(main.pedestal.body.shape.size, [0.4, 0.2, 0.6])
+    np.testing.assert_array_equal(main.tool[0].pose[:3, 3], [1.0, 2.0, 3.0])
+    assert around.footprint("main") is main.pedestal.footprint
+    assert follower.pedestal.footprint.radius == 0.3
+    assert len(around.footprint("follower").corners) == 3
+
+
+@pytest.mark.parametrize(
+    ("mount", "up", "ahead"),
+    [
+        ({}, [0, 0, 1], [1, 0, 0]),
+        ({"roll": pi}, [0, 0, -1], [1, 0, 0]),  # from the ceiling
+        ({"pitch": pi / 2}, [1, 0, 0], [0, 0, -1]),  # on a wall that faces along x
+        ({"roll": -pi / 2}, [0, 1, 0], [1, 0, 0]),  # on a wall that faces along y
+        ({"roll": pi / 2, "pitch": pi / 2}, [0, -1, 0], [0, 0, -1]),  # the roll first
+    ],
+)
+def test_mounts(example: Document, mount: Document, up: list[float], ahead: list[float]) -> None:
+    example["arms"][0]["mount"] = mount
+    arm = cell(example).arms[0]
+    np.testing.assert_allclose(arm.mount[:, 2], up, atol=1e-12)
+    np.testing.assert_allclose(arm.mount[:, 0], ahead, atol=1e-12)
+    turned = arm.base_in_world(np.zeros(3), 0.5)[:3, :3]
+    np.testing.assert_allclose(turned[:, 2], up, atol=1e-12)  # the yaw turns about the base's own z
+    np.testing.assert_allclose(turned[:, 0] @ arm.mount[:, 0], np.cos(0.5))
+
+
+def test_a_floor(example: Document) -> None:
+    room, pit = [[0, 0], [4, 0], [4, 3], [0, 3]], [[1, 1], [2, 1], [2, 2]]
+    example["floor"] = {"allowed": room, "forbidden": [pit], "margin": 0.1}
+    floor = cell(example).surroundings.floor
+    distances = floor.signed_distance([[0.5, 0.5], [2.5, 1.0], [-1.0, 1.0]])
+    np.testing.assert_allclose(distances, [0.4, 0.4, -1.1], atol=1e-9)
+    assert cell(example).coupled
+
+
+@pytest.mark.parametrize(
+    ("coupling", "expected"),
+    [
+        ({"type": "same_z"}, SameHeight((1, 0))),
+        ({"type": "distance"}, Distance((1, 0), 0.0, inf)),
+        ({"type": "distance", "minimum": 1.0, "maximum": 2.0}, Distance((1, 0), 1.0, 2.0)),
+        ({"type": "direction", "angle": 0.5}, Direction((1, 0), 0.5)),
+        ({"type": "mirror", "angle": 0.5, "point": [1.0, 2.0]}, Mirror((1, 0), (1.0, 2.0), 0.5)),
+        ({"type": "rail", "angle": 0.5}, Rail((1, 0), 0.5)),
+        ({"type": "rail", "angle": 0.5, "point": [1.0, 2.0]}, Rail((1, 0), 0.5, (1.0, 2.0))),
+    ],
+)
+def test_couplings(example: Document, coupling: Document, expected: Any) -> None:
+    example["coupling"] = [{"arms": ["follower", "main"], **coupling}]
+    assert cell(example).couplings == (expected,)
+
+
+# --- clearances -------------------------------------------------------------------------------------------------------
+
+TABLE: Document = {"obstacles": [{"name": "table", "shape": BOX}]}
+PART: Document = {"part": {"shapes": [{"shape": BOX}]}}
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ({}, NOTHING),
+        (TABLE, Clearances(arm_arm=0.0, arm_obstacle=0.0, self_collision=0.0)),
+        (PART, Clearances(arm_arm=0.0, arm_part=0.0, self_collision=0.0)),
+        (TABLE | PART, CONTACT),
+        ({"clearance": {}}, Clearances(arm_arm=0.0, self_collision=0.0)),
+        (TABLE | {"clearance": {"arm_obstacle": 0.03}}, Clearances(0.0, None, 0.03, None, 0.0)),
+        (TABLE | PART | {"clearance": {"self": None, "arm_arm": 0.05}}, Clearances(0.05, 0.0, 0.0, 0.0, None)),
+        (TABLE | {"clearance": dict.fromkeys(["arm_arm", "arm_obstacle", "self"])}, NOTHING),
+        ({"clearance": {"arm_part": 0.1, "arm_arm": None, "self": None}}, NOTHING),  # there is no part
+    ],
+)
+def test_contact_is_forbidden_as_soon_as_bodies_are_described(
+    example: Document, given: Document, expected: Clearances
+) -> None:
+    assert cell(example | given).surroundings.clearances == expected
+
+
+@pytest.mark.parametrize("field", ["tool_shapes", "pedestal"])
+def test_a_tool_or_a_pedestal_is_a_body_too(example: Document, field: str) -> None:
+    described = {"tool_shapes": [{"shape": BOX}], "pedestal": {"height": 1.0, "footprint": {"radius": 0.2}}}
+    example["arms"][1][field] = described[field]
+    assert cell(example).surroundings.clearances == Clearances(arm_arm=0.0, self_collision=0.0)
+
+
+def test_a_lone_arm_has_no_other_to_keep_away_from(example: Document) -> None:
+    example["arms"] = example["arms"][:1]
+    assert cell(example | TABLE).surroundings.clearances == Clearances(arm_obstacle=0.0, self_collision=0.0)
+
+
+# --- settings, limits, evaluations ------------------------------------------------------------------------------------
+
+
+def test_settings_of_the_search(example: Document) -> None:
+    plain = settings_of(validate(LayoutRequest, example), 7.0)
+    assert (plain.alternatives, plain.tolerance, plain.explain) == (0, None, False)
+    example |= {"alternatives": 3, "tolerance": {"position": 0.01}, "explain": True}
+    asked = settings_of(validate(LayoutRequest, example), 7.0)
+    assert (asked.alternatives, asked.explain) == (3, True)
+    assert asked.tolerance == ToleranceSettings(0.01, ToleranceSettings().angle)
+    assert accept(json.dumps(example).encode(), Limits()).runs == 2
+
+
+def test_amounts_are_settings(example: Document) -> None:
+    square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+    solid = {"shape": BOX}
+    example |= {
+        "floor": {"forbidden": [square, square]},
+        "coupling": [{"type": "same_z", "arms": ["main", "follower"]}] * 2,
+    }
+    example |= {"obstacles": [{"name": str(i), **solid} for i in range(2)], "part": {"shapes": [solid, solid]}}
+    example["arms"][1] |= {"tool_shapes": [solid, solid], "pedestal": {"height": 1, "footprint": {"polygon": square}}}
+    body = json.dumps(example).encode()
+    accept(body, Limits())
+    for limits, pointers in (
+        (Limits(max_obstacles=1), {"/obstacles"}),
+        (Limits(max_shapes=1), {"/part/shapes", "/arms/1/tool_shapes"}),
+        (Limits(max_polygons=1), {"/floor/forbidden"}),
+        (Limits(max_corners=3), {"/floor/forbidden/0", "/floor/forbidden/1", "/arms/1/pedestal/footprint/polygon"}),
+        (Limits(max_couplings=1), {"/coupling"}),
+    ):
+        with pytest.raises(InvalidRequest) as caught:
+            accept(body, limits)
+        assert caught.value.code == "too-large"
+        assert {issue.pointer for issue in caught.value.issues} == pointers
+
+
+def test_an_evaluation_is_a_cell_with_fixed_bases_and_perhaps_joints() -> None:
+    rows = [[0.1 * pose] * 6 for pose in range(10)]
+    document = json.loads(json.dumps(EVALUATE_EXAMPLE))
+    document["arms"][1]["joints"] = rows
+    request = validate(EvaluateRequest, document)
+    made = cell_of(request)
+    assert all(made.arms[0].base.bounds[:, 0] == made.arms[0].base.bounds[:, 1])
+    first, second = joints_of(request, made)
+    assert first is None
+    np.testing.assert_array_equal(second, rows)

@@ -162,22 +162,26 @@ def exact_box_distances(ends: Floats, half: Floats) -> Floats:
     Along a segment the squared distance is convex and made of parabolas that join where a coordinate passes a side of
     the box; the slope is linear between these places, so its root is found exactly.
     """
-    start, way = ends[..., 0, :], ends[..., 1, :] - ends[..., 0, :]
+    shape = ends.shape[:-2]
+    flat: Floats = ends.reshape(-1, 2, 3)
+    sides: Floats = np.broadcast_to(half, (*shape, 3)).reshape(-1, 3)
+    start, way = flat[:, 0], flat[:, 1] - flat[:, 0]
+    places = np.zeros((len(flat), 8))
     with np.errstate(divide="ignore", invalid="ignore"):
-        passed = np.concatenate([(half - start) / way, (-half - start) / way], axis=-1)
-    passed = np.nan_to_num(np.clip(passed, 0.0, 1.0), nan=0.0)
-    places = np.sort(np.concatenate([passed, np.broadcast_to([0.0, 1.0], (*passed.shape[:-1], 2))], axis=-1), axis=-1)
-    points = start[..., None, :] + places[..., None] * way[..., None, :]
-    beyond = points - np.clip(points, -half[..., None, :], half[..., None, :])
-    slopes = np.einsum("...ka,...a->...k", beyond, way)
-    last = np.clip(np.sum(slopes <= 0.0, axis=-1) - 1, 0, places.shape[-1] - 2)[..., None]
-    before, after = (np.take_along_axis(slopes, last + i, axis=-1)[..., 0] for i in (0, 1))
-    left, right = (np.take_along_axis(places, last + i, axis=-1)[..., 0] for i in (0, 1))
-    rise = after - before
-    share = np.clip(np.where(rise > 0.0, -before / np.where(rise > 0.0, rise, 1.0), 0.0), 0.0, 1.0)
-    nearest = start + (left + share * (right - left))[..., None] * way
-    beyond = nearest - np.clip(nearest, -half, half)
-    distances: Floats = np.sqrt(_dot(beyond, beyond))
+        places[:, :3], places[:, 3:6] = (sides - start) / way, (-sides - start) / way
+    places[:, 7] = 1.0
+    places = np.sort(np.fmin(np.fmax(places, 0.0), 1.0), axis=1)  # 0/0 counts as 0
+    points = start[:, None] + places[..., None] * way[:, None]
+    beyond = points - np.fmin(np.fmax(points, -sides[:, None]), sides[:, None])
+    slopes = np.einsum("qka,qa->qk", beyond, way)
+    row = np.arange(len(flat))
+    last = np.minimum(np.maximum(np.count_nonzero(slopes <= 0.0, axis=1) - 1, 0), 6)
+    before, left = slopes[row, last], places[row, last]
+    rise = slopes[row, last + 1] - before
+    share = np.where(rise > 0.0, np.fmin(np.fmax(-before / np.where(rise > 0.0, rise, 1.0), 0.0), 1.0), 0.0)
+    nearest = start + (left + share * (places[row, last + 1] - left))[:, None] * way
+    apart = nearest - np.fmin(np.fmax(nearest, -sides), sides)
+    distances: Floats = np.sqrt(_dot(apart, apart)).reshape(shape)
     return distances
 
 

@@ -68,6 +68,8 @@ class PairBounds:
             (b.first, b.second, self._thin_first[pairs]),
             (b.second, b.first, self._thin_second[pairs]),
         ):
+            if not np.any(those):
+                continue
             at, i, j = k[those], thin[pairs[those]], boxed[pairs[those]]
             box = frames[at, b.frames[j]] @ b.box_poses[j]
             inside = (ends[at, i] - box[:, None, :3, 3]) @ box[:, :3, :3]

@@ -97,11 +97,9 @@ class Walk:
             for q in self.joints
         ]
         smooth = np.all([np.max(way, axis=1) <= LONGEST_STEP for way in ways], axis=0)
-        halves = [(self.left, middle), (middle, self.right)]
-        kept = [self._settle(start, end, ways, middle, smooth) for start, end in halves]
-        self.left = np.concatenate([start[go] for (start, _), (go, _) in zip(halves, kept, strict=True)])
-        self.right = np.concatenate([end[go] for (_, end), (go, _) in zip(halves, kept, strict=True)])
-        self.open = np.concatenate([unsettled[go] for go, unsettled in kept])
+        start, end = np.concatenate([self.left, middle]), np.concatenate([middle, self.right])
+        going, unsettled = self._settle(start, end, ways, middle, smooth)
+        self.left, self.right, self.open = start[going], end[going], unsettled[going]
 
     def _sample_middles(self) -> Ints:
         """Add a sample in the middle of every stretch; stretches that an arm cannot follow are dropped.
@@ -152,27 +150,35 @@ class Walk:
         return sag
 
     def _settle(self, start: Ints, end: Ints, ways: list[Floats], middle: Ints, smooth: Bools) -> tuple[Bools, Bools]:
-        """Settle what can be settled on one half of every stretch.
+        """Settle what can be settled on the halves of all stretches.
+
+        Args:
+            start: (2 I,) samples where the halves begin: all first halves, then all second ones. end: likewise.
+            ways: per arm (I, n) rad, at most what each joint travels on either half.
+            middle: (I,) samples in the middles.
+            smooth: (I,) False where the joints' way need not look like a parabola yet.
 
         Returns:
-            (I,) halves to go on with, (I, P) pairs that are open there.
+            (2 I,) halves to go on with, (2 I, P) pairs that are open there.
         """
         share = 0.5 * (self._end() - self.fraction[self.left])
         step = self.step[self.left]
-        shift = share * np.linalg.norm(self.path.shifts[step], axis=1)
-        turn = share * np.linalg.norm(self.path.turns[step], axis=1)
+        shift = np.tile(share * np.linalg.norm(self.path.shifts[step], axis=1), 2)
+        turn = np.tile(share * np.linalg.norm(self.path.turns[step], axis=1), 2)
+        ways, smooth = [np.tile(way, (2, 1)) for way in ways], np.tile(smooth, 2)
+        opened = np.tile(self.open, (2, 1))
         moved = self.motion.between([x[start] for x in self.levers], [x[end] for x in self.levers], ways, shift, turn)
         last = (shift <= self.resolution.length) & (turn <= self.resolution.angle)
-        unsettled = self.open & ~self._kept(start, end, moved, smooth)
+        unsettled = opened & ~self._kept(start, end, moved, smooth)
         self._measure(start, end, moved, unsettled, last)
         kept = self._kept(start, end, moved, smooth)
         near = np.minimum(self.gaps[start], self.gaps[end]) < self.required
         near &= np.where(self.gaps[start] < self.gaps[end], self.exact[start], self.exact[end])
-        done = self.open & (kept | near | last[:, None])
+        done = opened & (kept | near | last[:, None])
         low = 0.5 * (self.gaps[start] + self.gaps[end] - moved)
         low = np.where(smooth[:, None], low, -np.inf)
         self.least = np.minimum(self.least, np.min(np.where(done, low, np.inf), axis=0, initial=np.inf))
-        unsettled = self.open & ~done
+        unsettled = opened & ~done
         within = self._within_limits(start, end, middle, last)
         return np.any(unsettled, axis=1) | ~within, unsettled
 
@@ -185,17 +191,19 @@ class Walk:
         """Ask for distances where a bound may be what keeps a pair from being settled."""
         short = 2.0 * self.required - (self.gaps[start] + self.gaps[end] - moved)
         worth = unsettled & ((short <= 2.0 * self.slack) | last[:, None])
+        asked = np.zeros_like(self.exact)
         for sample in (start, end):
             i, pairs = np.nonzero(worth & ~self.exact[sample])
-            k = sample[i]
-            self.gaps[k, pairs] = self.model.distances(self.places, k, pairs)
-            self.exact[k, pairs] = True
+            asked[sample[i], pairs] = True  # a middle belongs to two halves
+        k, pairs = np.nonzero(asked)
+        self.gaps[k, pairs] = self.model.distances(self.places, k, pairs)
+        self.exact |= asked
 
     def _within_limits(self, start: Ints, end: Ints, middle: Ints, last: Bools) -> Bools:
         """(I,) False for halves where a joint may leave its limits though it keeps them at the samples."""
         within: Bools = np.ones(len(start), dtype=np.bool_)
         for arm, q in zip(self.cell.arms, self.joints, strict=True):
-            sag = 0.5 * np.abs(self._sag(q, middle))  # a parabola's, of each half, is a quarter
+            sag = np.tile(0.5 * np.abs(self._sag(q, middle)), (2, 1))  # a parabola's, of each half, is a quarter
             high, low = np.maximum(q[start], q[end]), np.minimum(q[start], q[end])
             inside = (high <= arm.upper + LIMITS) & (low >= arm.lower - LIMITS)
             sure = (high + sag <= arm.upper + LIMITS) & (low - sag >= arm.lower - LIMITS)

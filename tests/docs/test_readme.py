@@ -18,12 +18,13 @@ import pytest
 from models import catalogue
 from models.closed_form import closed_form
 from optimizer.optimize import optimize
-from service.accept import accept
+from service.accept import accept, accept_evaluation
 from service.cli import main, parser
 from service.convert import cell_of, settings_of
 from service.demo import serving
 from service.schemas.request import EXAMPLE, LayoutRequest
 from service.settings import Settings
+from service.solving import evaluate_request
 from service.validation import validate
 from tests.support.markdown import Block, assert_shown, blocks_of, tokens
 
@@ -217,13 +218,22 @@ def test_json_is_accepted(block: Block) -> None:
     accept(json.dumps(whole).encode(), Settings())
 
 
+def test_the_evaluation_is_answered_with_the_clearances_that_are_shown() -> None:
+    (asked,) = of_kind("json evaluation")
+    (shown,) = of_kind("json clearances")
+    accepted = accept_evaluation(asked.text.encode(), Settings())
+    result = evaluate_request(accepted.text, accepted.request_hash)
+    assert result["outcome"] == "feasible"
+    assert_shown(json.loads(shown.text), result["clearances"], set())
+
+
 @pytest.mark.parametrize("block", of_kind("json request"), ids=str)
 def test_whole_requests_are_solved(block: Block) -> None:
     assert solved(json.loads(block.text)).outcome == "optimal"
 
 
 def test_defaults_are_the_defaults() -> None:
-    (block,) = [block for block in of_kind("json request") if block.file == "request.md"]
+    block = next(block for block in of_kind("json request") if block.file == "request.md")  # the first shows it all
     shown = json.loads(block.text)
     bare = {"task": shown["task"], "arms": [{key: shown["arms"][0][key] for key in ("name", "robot", "grasp", "base")}]}
     filled = json.loads(accept(json.dumps(bare).encode(), Settings()).text)
@@ -245,7 +255,7 @@ def test_the_beam_of_the_readme_is_the_example() -> None:
 
 def test_the_limits_are_the_settings() -> None:
     rows = re.findall(r"^\| .*\| ([\d,]+)?.* \| `DUOCELL_(\w+)` \|$", (ROOT / "docs" / "request.md").read_text(), re.M)
-    assert len(rows) == 10
+    assert len(rows) == 17
     for value, name in rows:
         field = Settings.model_fields[name.lower()]
         assert not value or float(value.replace(",", "")) == field.default, name

@@ -127,17 +127,19 @@ def _try(rng: np.random.Generator, names: tuple[str, str]) -> Draw | None:
     across, thick = (0.4 * length, 0.03 * scale) if flat else (0.07 * scale, 0.07 * scale)
     part = Part((Body("plate" if flat else "beam", np.eye(4), Box(np.array([length, across, thick]))),), 0.14 * scale)
     heights = [_height(name, scale, rng) for name in names]
-    z_free = rng.random() < 0.2
+    z_free, raised = rng.random() < 0.2, [name == "puma560" or rng.random() < 0.6 for name in names]
+    if (names[0] == "puma560") == (names[1] == "puma560") and rng.random() < 0.7:  # alike, so couplings can ask for it
+        heights, raised = [heights[0]] * 2, [raised[0]] * 2
     task = _task(rng, scale, float(np.mean(heights)))
     grasps = _grasps(rng, length, thick)
     arms, equipment = [], {}
-    for name, title, grasp, height in zip(names, ("main", "follower"), grasps, heights, strict=True):
+    for name, title, grasp, height, up in zip(names, ("main", "follower"), grasps, heights, raised, strict=True):
         body, tool = _tool(robot(name), scale)
         region = _region(task, scale, REACH[name], height, z_free)
         arms.append(_arm(title, robot(name), tool, grasp, region))
-        stands_on = not z_free and (name == "puma560" or rng.random() < 0.6)
-        equipment[title] = Equipment((body,), _pedestal(rng, height, REACH[name]) if stands_on else None)
-        if not stands_on and not z_free:  # bolted to the floor
+        pedestal = _pedestal(rng, height, REACH[name]) if up and not z_free else None
+        equipment[title] = Equipment((body,), pedestal)
+        if pedestal is None and not z_free:  # bolted to the floor
             arms[-1] = replace(arms[-1], base=replace(region, z=Interval(0.0, 0.0)))
     floor = Body("floor", np.eye(4), HalfSpace())
     around = Surroundings((floor,), part, None, _clearances(rng), equipment)

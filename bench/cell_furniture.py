@@ -174,13 +174,11 @@ def coupled(rng: np.random.Generator, drawn: Draw) -> tuple[Draw, tuple[Coupling
     apart = second[:2] - first[:2]
     angle, far = atan2(apart[1], apart[0]), float(np.linalg.norm(apart))
     level = abs(first[2] - second[2]) < 1e-12
-    kinds = ["distance", "direction", *(["same_z", "rail", "mirror"] if level else [])]
+    kinds = ["distance", "direction", *(["same_z", "rail", "rail", "mirror", "mirror"] if level else [])]
     match rng.choice(kinds):
         case "distance":
-            s = drawn.scale
-            return drawn, (
-                Distance((0, 1), max(0.0, far - s * rng.uniform(0.1, 0.4)), far + s * rng.uniform(0.1, 0.4)),
-            )
+            nearer, farther = drawn.scale * rng.uniform(0.1, 0.4, 2)
+            return drawn, (Distance((0, 1), max(0.0, far - nearer), far + farther),)
         case "direction":
             return drawn, (Direction((0, 1), angle),)
         case "same_z":

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from models.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
@@ -11,7 +9,7 @@ from models.arrays import Floats
 from models.catalogue import robot
 from models.cell import Cell
 from models.floor import Floor, Footprint
-from models.pose import rotation_x, rotation_z, transform
+from models.pose import rotation_x, rotation_y, transform
 from models.shapes import Body, Box, Capsule, Cylinder, HalfSpace
 from models.surroundings import Clearances, Equipment, Part, Pedestal, Surroundings
 from models.task import Task
@@ -46,27 +44,20 @@ def beam_cell(clearance: float | None = CLEARANCE) -> Cell:
     return Cell(Task(_poses()), arms, name="beam from conveyor to fixture", surroundings=around)
 
 
-def bare_beam_cell() -> Cell:
-    """The same task and arms with nothing around them and nowhere forbidden: what the cell would be without this."""
-    return replace(beam_cell(None), surroundings=Surroundings())
-
-
 def _poses() -> Floats:
     """Thirteen poses: up from the conveyor, across, down onto the fixture."""
     lying = CONVEYOR_TOP + 0.05 + 0.5 * BEAM[2]
     fixed = TABLE_TOP + 0.10 + 0.5 * BEAM[2]
     heights = [lying, lying + 0.12, lying + 0.24, *[lying + 0.27] * 6, fixed + 0.18, fixed + 0.10, fixed + 0.05, fixed]
     across = [-0.45, -0.45, -0.45, -0.35, -0.2, -0.05, 0.1, 0.25, 0.4, 0.45, 0.45, 0.45, 0.45]
-    turn = 0.0 * np.array(across)
-    positions = np.column_stack([np.zeros(len(across)), across, heights])
-    return transform(rotation_z(turn), positions)
+    return transform(np.eye(3), np.column_stack([np.zeros(len(across)), across, heights]))
 
 
 def _arm(name: str, side: float) -> Arm:
     """The main arm on the -x side, the follower on the +x side; both hold the beam from above."""
     chosen = robot("ur10e")
     grasp = transform(rotation_x(np.pi), [side * 0.5, 0.0, 0.5 * BEAM[2]])
-    x = Interval(-1.6, -0.3) if side < 0.0 else Interval(0.3, 1.6)
+    x = Interval(-1.7, -0.8) if side < 0.0 else Interval(0.8, 1.7)
     height = Interval(PEDESTAL, PEDESTAL)
     return Arm(
         name=name,
@@ -88,7 +79,7 @@ def _block(name: str, low: tuple[float, float, float], high: tuple[float, float,
 
 
 def _obstacles() -> tuple[Body, ...]:
-    """The floor, a conveyor that comes in from -y, the fixture table with two posts, a cabinet, a cable duct."""
+    """The floor, a conveyor that comes in from -y, the fixture table with two posts, a cabinet, a camera portal."""
     return (
         Body("floor", np.eye(4), HalfSpace()),
         _block("conveyor", (-0.35, -1.9, 0.0), (0.35, -0.25, CONVEYOR_TOP)),
@@ -96,7 +87,9 @@ def _obstacles() -> tuple[Body, ...]:
         _block("fixture left", (-0.3, 0.40, TABLE_TOP), (-0.2, 0.50, TABLE_TOP + 0.06)),
         _block("fixture right", (0.2, 0.40, TABLE_TOP), (0.3, 0.50, TABLE_TOP + 0.06)),
         _block("control cabinet", (-1.9, 0.7, 0.0), (-1.3, 1.5, 1.8)),
-        Body("cable duct", transform(rotation_z(0.0) @ rotation_x(np.pi / 2), [0.0, 0.0, 2.1]), Capsule(0.06, 2.4)),
+        Body("portal post left", transform(np.eye(3), [-0.95, 0.05, 1.1]), Cylinder(0.04, 2.2)),
+        Body("portal post right", transform(np.eye(3), [0.95, 0.05, 1.1]), Cylinder(0.04, 2.2)),
+        Body("portal crossbar", transform(rotation_y(np.pi / 2), [0.0, 0.05, 2.2]), Capsule(0.05, 1.9)),
     )
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import ceil
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
@@ -108,7 +109,7 @@ def follow(arm: Arm, base: Floats, steps: ObjectSteps, joints: Floats) -> tuple[
     return rows, lost
 
 
-def _newton(model: object, data: object, frame: int, target: pin.SE3, q: Floats) -> tuple[Floats, float]:
+def _newton(model: Any, data: Any, frame: int, target: pin.SE3, q: Floats) -> tuple[Floats, float]:
     """Joints that take the flange to ``target``, and the length of the twist that is left."""
     left = np.inf
     for _ in range(ITERATIONS):

@@ -71,7 +71,7 @@ def coupling_excess(coupling: Coupling, stands: Floats) -> float:
     bases = [stands[arm] for arm in coupling.arms]
     match coupling:
         case SameHeight():
-            return max(b[2] for b in bases) - min(b[2] for b in bases)
+            return float(np.ptp([b[2] for b in bases]))
         case Distance(minimum=minimum, maximum=maximum):
             return _outside(dist(bases[0][:2], bases[1][:2]), Interval(minimum, maximum))
         case Direction(angle=angle):
@@ -80,7 +80,7 @@ def coupling_excess(coupling: Coupling, stands: Floats) -> float:
         case Rail(angle=angle, point=point):
             start = np.array(point) if point is not None else bases[0][:2]
             aside = [abs(np.cross([cos(angle), sin(angle), 0.0], [*(b[:2] - start), 0.0])[2]) for b in bases]
-            return max(*aside, max(b[2] for b in bases) - min(b[2] for b in bases))
+            return float(max(*aside, np.ptp([b[2] for b in bases])))
         case Mirror():
             return _mirror_excess(coupling, bases[0], bases[1])
         case _:

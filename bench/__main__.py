@@ -1,4 +1,4 @@
-"""``python -m bench [timings|peers|thesis ...] [--quick] [--docs]``: measures, prints, and stores in build/bench/."""
+"""``python -m bench [timings|cells|peers|thesis ...] [--quick] [--docs]``: measures, prints, stores in build/bench/."""
 
 from __future__ import annotations
 
@@ -6,11 +6,15 @@ import argparse
 import json
 import sys
 import warnings
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from time import perf_counter
+from typing import Any
 
-from bench import chart, plain, report, tables
+from bench import cell_tables, chart, plain, report, tables
+from bench.cells import quick_cells, real_cells
+from bench.real_cells import CellResult, run_beam, run_cells
 from bench.run import FORMS, TaskResult, run_task
 from bench.tasks import all_tasks, quick_tasks
 from bench.thesis import thesis_table
@@ -19,39 +23,67 @@ OUTPUT = Path("build/bench")
 PAGE, PICTURE = Path("docs/benchmarks.md"), "benchmarks.png"
 CHARTED = "line"
 """Task of the chart."""
-PARTS = ("timings", "peers", "thesis")
+PARTS = ("timings", "cells", "peers", "thesis")
+"""In the order of the page's sections."""
+SEARCH_LIMIT = 60.0
+"""s, for each exhaustive search."""
 
 
 def main() -> int:
     """Run what is asked for."""
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
     parser.add_argument("parts", nargs="*", choices=[*PARTS, []], help="default: all of them")
-    parser.add_argument("--quick", action="store_true", help="few tasks and runs: about two minutes instead of fifteen")
+    parser.add_argument("--quick", action="store_true", help="few tasks, cells and runs: minutes, not an hour")
     parser.add_argument("--scale", type=float, default=1.0, metavar="F", help="multiply the time the searches get by F")
-    parser.add_argument("--docs", action="store_true", help=f"write {PAGE} too")
+    parser.add_argument("--docs", action="store_true", help=f"write what was measured into {PAGE} too")
     options = parser.parse_args()
-    parts = options.parts or list(PARTS)
     warnings.simplefilter("ignore")  # peers warn about bounds and precision while they search
     OUTPUT.mkdir(parents=True, exist_ok=True)
+    made = {"timings": _timings, "cells": _cells, "peers": _peers, "thesis": _thesis}
+    flags = [*(["--quick"] if options.quick else []), *([f"--scale {options.scale:g}"] if options.scale != 1.0 else [])]
     sections = []
-    if "timings" in parts:
-        timings = plain.plain(3 if options.quick else 10, lambda timing: _say(timing.row()))
-        (OUTPUT / "timings.json").write_text(json.dumps([asdict(timing) for timing in timings], indent=1))
-        sections.append(report.promised(plain.table(timings)))
-    if "peers" in parts:
-        sections.append(report.comparison(_compare(options.quick, options.scale), PICTURE))
-    if "thesis" in parts:
-        table = thesis_table(2.0 if options.quick else 10.0)
-        _say(table)
-        sections.append(report.thesis(table))
-    arguments = " ".join([*(argument for argument in sys.argv[1:] if argument != "--docs"), "--docs"])
-    text = report.page(sections, f'make bench ARGS="{arguments}"')
-    (OUTPUT / PAGE.name).write_text(text)
+    for title, part in zip(report.ORDER, PARTS, strict=True):
+        if part in (options.parts or PARTS):
+            command = f'make bench ARGS="{" ".join([part, *flags, "--docs"])}"'
+            sections.append(report.section(title, made[part](options), command))
+            (OUTPUT / f"{part}.md").write_text(sections[-1])
     if options.docs:
-        PAGE.write_text(text)
-        if "peers" in parts:
+        PAGE.write_text(report.merged(PAGE.read_text() if PAGE.exists() else "", sections))
+        if "peers" in (options.parts or PARTS):
             (PAGE.parent / PICTURE).write_bytes((OUTPUT / PICTURE).read_bytes())
     return 0
+
+
+def _timings(options: argparse.Namespace) -> str:
+    timings = plain.plain(3 if options.quick else 10, lambda timing: _say(timing.row()))
+    _store("timings", timings)
+    return report.promised(plain.table(timings))
+
+
+def _cells(options: argparse.Namespace) -> str:
+    limit = SEARCH_LIMIT * options.scale * (0.3 if options.quick else 1.0)
+    results: list[CellResult] = []
+
+    def note(result: CellResult) -> None:
+        results.append(result)
+        _say(result.row())
+        _store("cells", results)
+
+    run_cells(quick_cells() if options.quick else real_cells(), limit, note)
+    beam = run_beam(1 if options.quick else 5)
+    _say("\n".join(["", cell_tables.summary(results), "", cell_tables.remarks(results), "", cell_tables.beam(beam)]))
+    _store("beam", beam)
+    return report.cells(results, beam, limit)
+
+
+def _peers(options: argparse.Namespace) -> str:
+    return report.comparison(_compare(options.quick, options.scale), PICTURE)
+
+
+def _thesis(options: argparse.Namespace) -> str:
+    table = thesis_table(2.0 if options.quick else 10.0)
+    _say(table)
+    return report.thesis(table)
 
 
 def _compare(quick: bool, scale: float) -> list[TaskResult]:
@@ -63,12 +95,17 @@ def _compare(quick: bool, scale: float) -> list[TaskResult]:
         results.append(run_task(task, 1.0 if quick else 10.0, lambda what, t=task.name: _progress(t, what)))
         _progress("", "")
         _say(f"[{number}/{len(tasks)}] {task.name}: {perf_counter() - began:.0f} s so far")
-        (OUTPUT / "results.json").write_text(json.dumps([asdict(result) for result in results], indent=1))
+        _store("results", results)
     chart.draw(next(result for result in results if result.task == CHARTED), OUTPUT / PICTURE)
     for form in FORMS:
         _say(f"\npeers on the {form} problem\n" + tables.comparison(results, form))
     _say("\n" + tables.tasks(results) + "\n" + tables.remarks(results))
     return results
+
+
+def _store(name: str, records: Sequence[Any]) -> None:
+    """Keep records (dataclasses) as JSON."""
+    (OUTPUT / f"{name}.json").write_text(json.dumps([asdict(record) for record in records], indent=1))
 
 
 def _say(text: str) -> None:

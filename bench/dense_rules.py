@@ -12,6 +12,8 @@ from models.arm import Arm, Interval
 from models.arrays import Floats
 from models.cell import Cell
 from models.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from models.floor import POINT
+from models.pose import rotation_z
 
 TURN = 2.0 * pi
 
@@ -33,16 +35,17 @@ def _turned_outside(yaw: float, interval: Interval) -> float:
 
 
 def floor_gap(cell: Cell, index: int, stand: Floats) -> float:
-    """How far [m] an arm's footprint is from where it must not be, beyond the margin; negative: it is there."""
+    """How far [m] an arm's footprint is from where it must not be, beyond the margin; negative: it is there.
+
+    The footprint is the arm's own, else its pedestal's, else the base origin alone.
+    """
     floor = cell.surroundings.floor
     if floor is None:
         return inf
-    pedestal = cell.surroundings.of(cell.arms[index].name).pedestal
-    corners, radius = (np.zeros((1, 2)), 0.0) if pedestal is None else (pedestal.footprint.corners, 0.0)
-    if pedestal is not None:
-        radius = pedestal.footprint.radius
-    turned = np.array([[cos(stand[3]), -sin(stand[3])], [sin(stand[3]), cos(stand[3])]])
-    ground = MultiPoint(corners @ turned.T + stand[:2]).convex_hull
+    brings = cell.surroundings.of(cell.arms[index].name)
+    plate = brings.footprint or (brings.pedestal.footprint if brings.pedestal is not None else POINT)
+    turned = (cell.arms[index].mount @ rotation_z(float(stand[3])))[:2, :2]
+    ground = MultiPoint(plate.corners @ turned.T + stand[:2]).convex_hull
     gaps = [inf]
     if floor.allowed is not None:
         allowed = Polygon(floor.allowed)
@@ -57,7 +60,7 @@ def floor_gap(cell: Cell, index: int, stand: Floats) -> float:
         if gap == 0.0:  # how far in, roughly: the farthest corner of what is common from the rim
             gap = -max(forbidden.exterior.distance(Point(corner)) for corner in _corners(overlap))
         gaps.append(gap)
-    return min(gaps) - radius - floor.margin
+    return min(gaps) - plate.radius - floor.margin
 
 
 def _corners(shape: object) -> list[tuple[float, float]]:

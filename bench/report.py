@@ -1,20 +1,33 @@
-"""The page of the benchmark: every number in it was just measured."""
+"""The page of the benchmark, section by section: each says by what command and on what machine it was measured."""
 
 from __future__ import annotations
 
 import os
 import platform
+import re
 from collections.abc import Sequence
 from importlib.metadata import version
 
-from bench import tables
+from bench import cell_tables, tables
+from bench.real_cells import BeamResult, CellResult
 from bench.run import TaskResult
 
 ENGINES = ("numpy", "scipy", "casadi", "pin", "cma", "optuna")
 
-COMPARISON = """\
-## Against what people use instead
+HEAD = """\
+# Benchmarks
 
+Every number on this page was measured by the command that its section names; the raw records are in `build/bench/`.
+"""
+ORDER = (
+    "Promised timings",
+    "Real cells",
+    "Against what people use instead",
+    "The source's procedure on its own examples",
+)
+"""Titles of the sections."""
+
+COMPARISON = """\
 Same objective, same tasks, same machine, one thread. *Solved* means within 0.1 % of the best objective known for the
 task (proved where the second table says so), in one posture, inside all limits. Times are CPU seconds until that
 quality; a method that missed it on half of its tasks or more is shown with the time it was given. Ours is measured to
@@ -40,9 +53,25 @@ Task by task:
 ![objective against time]({chart})
 """
 
-THESIS = """\
-## The source's procedure on its own examples
+CELLS = """\
+A hundred seeded cells (`bench/cells.py`): two arms of mixed makes, 3 to 8 obstacles, 5 to 20 poses, a beam or plate
+that both hold, floor polygons, pedestals and couplings in some. Eighty are *open*: obstacles were put around a layout
+that works, most of them where a layout would be if it were not for them. Ten are *cluttered*: obstacles were thrown in
+without looking. Ten are *blocked* for a known reason. Times are of the first call of each cell, compiling included.
 
+Every layout is judged by the dense check (`bench/dense_check.py`): the path in steps of 1 mm and 0.5°, followed by
+Newton's method with Pinocchio, every pair of bodies by Coal, floor by Shapely, none of it shared with duocell. Every
+refusal is held against an exhaustive search (`bench/exhaustive.py`): lattices of 60 mm (100 mm for large arms) for both
+bases, all eight postures, all pairs, at most {limit:.0f} s.
+
+{summary}
+
+{remarks}
+
+{beam}
+"""
+
+THESIS = """\
 The end points of its paths are lost in the scan; these are the project's two acceptance cases, shaped after them.
 Every arm starts from both sides of the path, in the posture nearest to the reference there.
 
@@ -50,19 +79,32 @@ Every arm starts from both sides of the path, in the posture nearest to the refe
 """
 
 
-def page(sections: Sequence[str], command: str) -> str:
-    """The whole page.
+def section(title: str, text: str, command: str) -> str:
+    """A section of the page with its title and where its numbers come from.
 
     Args:
-        sections: Markdown.
-        command: that made them.
+        title: one of `ORDER`.
+        text: Markdown.
+        command: that measured it.
     """
-    head = (
-        "# Benchmarks\n\n"
-        f"Made by `{command}` on {machine()}.\n"
-        "Every number on this page was measured in that run; the raw records are in `build/bench/results.json`.\n"
-    )
-    return "\n".join([head, *sections]).rstrip() + "\n"
+    if title not in ORDER:
+        raise ValueError(f"{title!r} is no section of the page")
+    return f"## {title}\n\nMade by `{command}` on {machine()}.\n\n{text.strip()}\n"
+
+
+def merged(page: str, sections: Sequence[str]) -> str:
+    """The page with some sections replaced or added, the others as they are.
+
+    Args:
+        page: Markdown made by this function before, or nothing.
+        sections: as `section` makes them.
+    """
+    known: dict[str, str] = {}
+    for text in [*re.split(r"^(?=## )", page, flags=re.MULTILINE), *sections]:
+        title = text.partition("\n")[0].removeprefix("## ")
+        if title in ORDER:
+            known[title] = text.strip() + "\n"
+    return "\n".join([HEAD, *(known[title] for title in ORDER if title in known)])
 
 
 def machine() -> str:
@@ -87,6 +129,16 @@ def comparison(results: Sequence[TaskResult], chart: str) -> str:
     )
 
 
+def cells(results: Sequence[CellResult], beam: Sequence[BeamResult], search_limit: float) -> str:
+    """Section of the real cells; ``search_limit`` s were allowed for each exhaustive search."""
+    return CELLS.format(
+        limit=search_limit,
+        summary=cell_tables.summary(results),
+        remarks=cell_tables.remarks(results),
+        beam=cell_tables.beam(beam),
+    )
+
+
 def thesis(table: str) -> str:
     """Section of the source's examples."""
     return THESIS.format(thesis=table)
@@ -94,5 +146,4 @@ def thesis(table: str) -> str:
 
 def promised(table: str) -> str:
     """Section of the promised timings."""
-    text = "Wall-clock, warm unless said otherwise, whatever else the machine was doing."
-    return f"## Promised timings\n\n{text}\n\n{table}\n"
+    return f"Wall-clock, warm unless said otherwise, whatever else the machine was doing.\n\n{table}"

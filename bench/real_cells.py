@@ -1,0 +1,158 @@
+"""duocell on the real cells: every answer judged by the dense check, every refusal by an exhaustive search."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
+from math import radians
+from time import perf_counter
+
+from bench.beam import beam_cell
+from bench.cells import RealCell
+from bench.dense_check import dense_check, judge
+from bench.exhaustive import exhaustive
+from models.cell import Cell
+from models.surroundings import Clearances, Surroundings
+from optimizer.layout import Layout
+from optimizer.optimize import optimize
+
+COARSE = 0.02, radians(5.0)
+"""m and rad; steps of the look at free optima, where no verdict hangs on a millimetre."""
+KNOWN, FOUND, NONE, CUT = "known layout", "layout found", "none on the lattice", "time ran out"
+
+
+@dataclass(slots=True)
+class CellResult:
+    """All about one cell.
+
+    Attributes:
+        name, kind, why: of the cell (`bench.cells.RealCell`). robots: of the arms. poses, obstacles: their numbers.
+        couplings: contract words. outcome: of duocell, or the error it ended with. proved: as claimed.
+        seconds: wall time of one `optimize`, the first one of this cell: compiling included.
+        objective: E, or None. faults: by the dense check. reasons: given for a refusal.
+        free: faults of the layout that duocell finds if nothing is in the way; None if there is none.
+        search: what the exhaustive search says of a refusal ("" if it was not asked). search_seconds: it took.
+    """
+
+    name: str
+    kind: str
+    why: str
+    robots: list[str]
+    poses: int
+    obstacles: int
+    couplings: list[str]
+    outcome: str = ""
+    proved: bool = False
+    seconds: float = 0.0
+    objective: float | None = None
+    faults: list[str] = field(default_factory=list)
+    reasons: list[str] = field(default_factory=list)
+    free: list[str] | None = None
+    search: str = ""
+    search_seconds: float = 0.0
+
+    @property
+    def answered(self) -> bool:
+        """True if duocell gave a layout."""
+        return self.objective is not None
+
+    @property
+    def contradicted(self) -> bool:
+        """True if duocell gave none though there is one."""
+        return not self.answered and self.search in (KNOWN, FOUND)
+
+    def row(self) -> str:
+        """One line for the terminal."""
+        what = f"E {self.objective:.5g}" if self.objective is not None else f"refused; search: {self.search}"
+        wrong = "; ".join([*self.faults, *(["CONTRADICTED"] if self.contradicted else [])])
+        arms = " + ".join(self.robots)
+        return f"{self.name} {self.kind:9} {arms:27} {self.outcome:10} {self.seconds:6.2f} s  {what}  {wrong}"
+
+
+def run_cells(cells: Iterable[RealCell], search_limit: float, report: Callable[[CellResult], None]) -> list[CellResult]:
+    """Every cell in turn; ``search_limit`` s for each exhaustive search, ``report`` is told about each cell."""
+    results = []
+    for cell in cells:
+        results.append(run_cell(cell, search_limit))
+        report(results[-1])
+    return results
+
+
+def run_cell(real: RealCell, search_limit: float) -> CellResult:
+    """One cell: solve, judge, and if there is no answer, look for one."""
+    cell = real.cell
+    result = CellResult(
+        real.name,
+        real.kind,
+        real.why,
+        [arm.robot.name for arm in cell.arms],
+        len(cell.task),
+        len(cell.surroundings.obstacles),
+        [tie.kind for tie in cell.couplings],
+    )
+    began = perf_counter()
+    layout = _solve(cell, result)
+    result.seconds = perf_counter() - began
+    if layout is not None and layout.objective is not None:
+        result.objective = layout.objective
+        result.faults = judge(cell, layout).faults
+    else:
+        began = perf_counter()
+        result.search = _search(real, search_limit)
+        result.search_seconds = perf_counter() - began
+    result.free = free_faults(cell)
+    return result
+
+
+def _solve(cell: Cell, result: CellResult) -> Layout | None:
+    """The answer; an error is noted and counts as none."""
+    try:
+        layout = optimize(cell)
+    except Exception as error:
+        result.outcome, result.reasons = "ERROR", [f"{type(error).__name__}: {error}"]
+        return None
+    result.outcome, result.proved = layout.outcome.value, layout.proved
+    result.reasons = [reason.detail for reason in layout.reasons]
+    return layout
+
+
+def _search(real: RealCell, time_limit: float) -> str:
+    """Is there a layout? The known one if it is still clean, else what the lattices hold."""
+    if real.known is not None and dense_check(real.cell, real.known.stands, real.known.joints).clean:
+        return KNOWN
+    found = exhaustive(real.cell, time_limit)
+    if found.layout is not None:
+        return FOUND
+    return NONE if found.complete else CUT
+
+
+def free_faults(cell: Cell) -> list[str] | None:
+    """What is wrong in the cell with the layout that is best where nothing stands and no base is bound."""
+    free = optimize(replace(cell, surroundings=Surroundings(), couplings=()))
+    return None if free.objective is None else judge(cell, free, *COARSE).faults
+
+
+@dataclass(frozen=True, slots=True)
+class BeamResult:
+    """The beam cell with and without its clearances: seconds (median), E, faults in the cell as it is."""
+
+    clearance: bool
+    seconds: float
+    objective: float | None
+    faults: list[str]
+
+
+def run_beam(runs: int) -> list[BeamResult]:
+    """The example both ways; times are medians of ``runs`` warm calls."""
+    cell = beam_cell()
+    bare = replace(cell, surroundings=replace(cell.surroundings, clearances=Clearances()))
+    results = []
+    for asked, problem in ((True, cell), (False, bare)):
+        layout, times = optimize(problem), []
+        for _ in range(runs):
+            began = perf_counter()
+            optimize(problem)
+            times.append(perf_counter() - began)
+        faults = ["no layout"] if layout.objective is None else judge(cell, layout).faults
+        results.append(BeamResult(asked, sorted(times)[len(times) // 2], layout.objective, faults))
+    return results

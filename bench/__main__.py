@@ -14,7 +14,7 @@ from typing import Any
 
 from bench import cell_tables, chart, plain, report, tables
 from bench.cells import quick_cells, real_cells
-from bench.real_cells import CellResult, run_beam, run_cells
+from bench.real_cells import CellResult, run_beam, run_cell
 from bench.run import FORMS, TaskResult, run_task
 from bench.tasks import all_tasks, quick_tasks
 from bench.thesis import thesis_table
@@ -63,13 +63,10 @@ def _timings(options: argparse.Namespace) -> str:
 def _cells(options: argparse.Namespace) -> str:
     limit = SEARCH_LIMIT * options.scale * (0.3 if options.quick else 1.0)
     results: list[CellResult] = []
-
-    def note(result: CellResult) -> None:
-        results.append(result)
-        _say(result.row())
+    for real in quick_cells() if options.quick else real_cells():
+        results.append(run_cell(real, limit, compare=not options.quick))
+        _say(results[-1].row())
         _store("cells", results)
-
-    run_cells(quick_cells() if options.quick else real_cells(), limit, note)
     beam = run_beam(1 if options.quick else 5)
     _say("\n".join(["", cell_tables.summary(results), "", cell_tables.remarks(results), "", cell_tables.beam(beam)]))
     _store("beam", beam)

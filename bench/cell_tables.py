@@ -36,6 +36,14 @@ def remarks(results: Sequence[CellResult]) -> str:
         f"- In {sum(bool(r.free) for r in free)} of {len(free)} open cells the layout that is best with nothing in the "
         "way touches something, has a base where none may be, or breaks a coupling."
     )
+    pairs = [(r.objective, r.lattice) for r in results if r.objective is not None and r.lattice is not None]
+    if pairs:
+        worse = sum(own > 1.01 * lattice for own, lattice in pairs)
+        ratio = np.median([own / lattice for own, lattice in pairs])
+        lines.append(
+            f"- {len(pairs)} answers could be compared with the first clean layout of the search, which goes from good "
+            f"to bad: {worse} are more than 1 % worse than it, the median is {ratio:.2f} times its E."
+        )
     for r in results:
         if r.faults:
             lines.append(f"- {r.name} ({' + '.join(r.robots)}): NOT CLEAN: {'; '.join(r.faults)}")

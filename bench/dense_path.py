@@ -19,8 +19,9 @@ from models.kinematics import FLANGE, pinocchio_model
 REACHED = 1e-10
 """Length of a twist (m and rad) at which Newton's method has arrived."""
 ITERATIONS = 30
-ARRIVED = 1e-5
-"""rad; how near the followed joints must come to those given at the next pose."""
+ARRIVED = 1e-3
+"""rad; how near the followed joints must come to those given at the next pose: another branch is farther away, and
+near a singularity a hand that is right to a micrometre leaves the joints some leeway."""
 DAMPING = 1e-9
 """Squared; only felt where the Jacobian is all but singular."""
 

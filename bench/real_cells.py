@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from math import radians
 from time import perf_counter
 
+import numpy as np
+
 from bench.beam import beam_cell
+from bench.cell_draw import Known
 from bench.cells import RealCell
 from bench.dense_check import dense_check, judge
 from bench.exhaustive import exhaustive
@@ -31,7 +33,8 @@ class CellResult:
         seconds: wall time of one `optimize`, the first one of this cell: compiling included.
         objective: E, or None. faults: by the dense check. reasons: given for a refusal.
         free: faults of the layout that duocell finds if nothing is in the way; None if there is none.
-        search: what the exhaustive search says of a refusal ("" if it was not asked). search_seconds: it took.
+        search: what is known or the exhaustive search says of a layout ("" if nobody was asked).
+        lattice: E of the layout that the search found, or None. search_seconds: it took.
     """
 
     name: str
@@ -49,6 +52,7 @@ class CellResult:
     reasons: list[str] = field(default_factory=list)
     free: list[str] | None = None
     search: str = ""
+    lattice: float | None = None
     search_seconds: float = 0.0
 
     @property
@@ -69,17 +73,14 @@ class CellResult:
         return f"{self.name} {self.kind:9} {arms:27} {self.outcome:10} {self.seconds:6.2f} s  {what}  {wrong}"
 
 
-def run_cells(cells: Iterable[RealCell], search_limit: float, report: Callable[[CellResult], None]) -> list[CellResult]:
-    """Every cell in turn; ``search_limit`` s for each exhaustive search, ``report`` is told about each cell."""
-    results = []
-    for cell in cells:
-        results.append(run_cell(cell, search_limit))
-        report(results[-1])
-    return results
+def run_cell(real: RealCell, search_limit: float, compare: bool) -> CellResult:
+    """One cell: solve, judge, and if there is no answer, look for one.
 
-
-def run_cell(real: RealCell, search_limit: float) -> CellResult:
-    """One cell: solve, judge, and if there is no answer, look for one."""
+    Args:
+        real: the cell.
+        search_limit: s, for an exhaustive search.
+        compare: search even if there is an answer, to see how good it is.
+    """
     cell = real.cell
     result = CellResult(
         real.name,
@@ -96,10 +97,8 @@ def run_cell(real: RealCell, search_limit: float) -> CellResult:
     if layout is not None and layout.objective is not None:
         result.objective = layout.objective
         result.faults = judge(cell, layout).faults
-    else:
-        began = perf_counter()
-        result.search = _search(real, search_limit)
-        result.search_seconds = perf_counter() - began
+    if compare or not result.answered:
+        _search(real, search_limit, result)
     result.free = free_faults(cell)
     return result
 
@@ -116,14 +115,23 @@ def _solve(cell: Cell, result: CellResult) -> Layout | None:
     return layout
 
 
-def _search(real: RealCell, time_limit: float) -> str:
-    """Is there a layout? The known one if it is still clean, else what the lattices hold."""
-    if real.known is not None and dense_check(real.cell, real.known.stands, real.known.joints).clean:
-        return KNOWN
+def _search(real: RealCell, time_limit: float, result: CellResult) -> None:
+    """Is there a layout, and how good is it? What the lattices hold, else the known one if it is still clean."""
+    began = perf_counter()
     found = exhaustive(real.cell, time_limit)
+    result.search = NONE if found.complete else CUT
     if found.layout is not None:
-        return FOUND
-    return NONE if found.complete else CUT
+        result.search = FOUND
+        result.lattice = energy(real.cell, found.layout)
+    elif real.known is not None and dense_check(real.cell, real.known.stands, real.known.joints).clean:
+        result.search = KNOWN
+    result.search_seconds = perf_counter() - began
+
+
+def energy(cell: Cell, layout: Known) -> float:
+    """E (8.21) of a layout."""
+    pairs = zip(cell.arms, layout.joints, strict=True)
+    return sum(float(np.sum(arm.weights * (joints - arm.reference) ** 2)) for arm, joints in pairs)
 
 
 def free_faults(cell: Cell) -> list[str] | None:

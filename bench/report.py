@@ -62,7 +62,7 @@ without looking. Ten are *blocked* for a known reason. Times are of the first ca
 Every layout is judged by the dense check (`bench/dense_check.py`): the path in steps of 1 mm and 0.5°, followed by
 Newton's method with Pinocchio, every pair of bodies by Coal, floor by Shapely, none of it shared with duocell. Every
 refusal is held against an exhaustive search (`bench/exhaustive.py`): lattices of 60 mm (100 mm for large arms) for both
-bases, all eight postures, all pairs, at most {limit:.0f} s.
+bases, all eight postures, all pairs, best first, at most {limit:.0f} s.
 
 {summary}
 

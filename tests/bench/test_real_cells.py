@@ -6,6 +6,7 @@ import pytest
 
 from bench import cell_tables, real_cells, report
 from bench.cells import real_cell
+from bench.exhaustive import exhaustive
 from bench.real_cells import FOUND, KNOWN, NONE, BeamResult, CellResult, run_cell
 
 
@@ -15,7 +16,7 @@ def result(name="cell 01", kind="open", **values):
 
 def test_a_blocked_cell_is_refused_and_the_search_agrees(monkeypatch):
     monkeypatch.setattr(real_cells, "free_faults", lambda cell: [])
-    found = run_cell(real_cell(53), 30.0)
+    found = run_cell(real_cell(53), 30.0, compare=False)
     assert found.outcome == "infeasible"
     assert not found.answered
     assert found.search == NONE
@@ -32,9 +33,12 @@ def test_an_error_and_a_wrong_refusal_are_told(monkeypatch):
 
     monkeypatch.setattr(real_cells, "optimize", fails)
     monkeypatch.setattr(real_cells, "free_faults", lambda cell: [])
-    found = run_cell(real_cell(91), 1.0)
+    found = run_cell(real_cell(91), 30.0, compare=False)
     assert calls == [real_cell(91).cell]
-    assert (found.outcome, found.search) == ("ERROR", KNOWN)
+    assert (found.outcome, found.search) == ("ERROR", FOUND)
+    assert found.lattice > 0.0
+    monkeypatch.setattr(real_cells, "exhaustive", lambda cell, limit: exhaustive(cell, 0.0))  # too late for anything
+    assert run_cell(real_cell(91), 0.0, compare=False).search == KNOWN
     assert found.contradicted
     assert "somewhere" in found.reasons[0]
     assert "CONTRADICTED" in found.row()
@@ -42,8 +46,8 @@ def test_an_error_and_a_wrong_refusal_are_told(monkeypatch):
 
 def test_tables_count_what_matters():
     results = [
-        result(objective=3.0, seconds=1.0, free=["x"]),
-        result(objective=3.0, seconds=2.0, faults=["arm_arm: too near"], free=[]),
+        result(objective=3.0, seconds=1.0, free=["x"], lattice=2.0),
+        result(objective=3.0, seconds=2.0, faults=["arm_arm: too near"], free=[], lattice=10.0 / 3.0),
         result(outcome="infeasible", seconds=3.0, search=KNOWN, free=["x"]),
         result("cell 03", "blocked", outcome="infeasible", seconds=0.5, search=NONE),
         result("cell 07", "cluttered", outcome="infeasible", seconds=9.0, search=FOUND),
@@ -54,6 +58,8 @@ def test_tables_count_what_matters():
     assert "| all | 5 | 2 | 1 | 3 | 2 | 2.00 s | 6.60 s |" in summary
     remarks = cell_tables.remarks(results)
     assert "In 2 of 3 open cells" in remarks
+    assert "2 answers could be compared" in remarks
+    assert "1 are more than 1 % worse than it, the median is 1.20 times its E" in remarks
     assert "NOT CLEAN: arm_arm: too near" in remarks
     assert remarks.count("refused, but there is a layout") == 2
     beam = cell_tables.beam([BeamResult(True, 2.0, 59.7, []), BeamResult(False, 0.1, 58.9, ["arm_obstacle: hit"])])

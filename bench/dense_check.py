@@ -7,7 +7,7 @@ second time, and is used to judge answers, not to find them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, radians
 
 import numpy as np
@@ -113,7 +113,7 @@ def judge(cell: Cell, layout: Layout, length: float = LENGTH, angle: float = ANG
 def dense_check(
     cell: Cell, stands: Floats, joints: Sequence[Floats], length: float = LENGTH, angle: float = ANGLE
 ) -> Verdict:
-    """The verdict on bases and joints.
+    """The verdict on bases and joints; the jobs of a family are looked at one by one, nothing lies between them.
 
     Args:
         cell: with six-jointed arms.
@@ -121,6 +121,32 @@ def dense_check(
         joints: per arm (m, 6) rad at the poses.
         length: m. angle: rad, steps of the object.
     """
+    verdicts = []
+    for job, some in enumerate(cell.task.jobs):
+        verdict = _one_job(cell.alone(job), stands, [q[some] for q in joints], length, angle)
+        verdicts.append(_counted_from(some.start, verdict))
+    first = verdicts[0]
+    nearest = {kind: min((v.nearest[kind] for v in verdicts), key=lambda n: n.distance) for kind in first.nearest}
+    return replace(
+        first,
+        nearest=nearest,
+        lost=tuple(lost for verdict in verdicts for lost in verdict.lost),
+        pose_error=max(v.pose_error for v in verdicts),
+        limit_excess=max(v.limit_excess for v in verdicts),
+        step_excess=max(v.step_excess for v in verdicts),
+        conditioning_lack=max(v.conditioning_lack for v in verdicts),
+        samples=sum(v.samples for v in verdicts),
+    )
+
+
+def _counted_from(first: int, verdict: Verdict) -> Verdict:
+    """The verdict on a job with its poses numbered as in the whole task."""
+    nearest = {kind: replace(found, pose=found.pose + first) for kind, found in verdict.nearest.items()}
+    return replace(verdict, nearest=nearest, lost=tuple(replace(o, pose=o.pose + first) for o in verdict.lost))
+
+
+def _one_job(cell: Cell, stands: Floats, joints: Sequence[Floats], length: float, angle: float) -> Verdict:
+    """The verdict on the only job of a cell."""
     bases = [base_in_world(arm, stand) for arm, stand in zip(cell.arms, stands, strict=True)]
     steps = object_steps(cell.task.poses, length, angle)
     followed, lost = [], []
@@ -136,7 +162,7 @@ def dense_check(
         limit_excess=max(
             float(np.max(np.maximum(arm.lower - q, q - arm.upper))) for arm, q in zip(cell.arms, followed, strict=True)
         ),
-        step_excess=max(float(np.max(np.abs(np.diff(q, axis=0)))) for q in joints) - cell.max_joint_step,
+        step_excess=max(float(np.max(np.abs(np.diff(q, axis=0)), initial=0.0)) for q in joints) - cell.max_joint_step,
         conditioning_lack=max(_conditioning_lack(arm, q) for arm, _, q in pairs),
         region_excess=max(region_excess(arm, stand) for arm, stand in zip(cell.arms, stands, strict=True)),
         floor_gap=min(floor_gap(cell, a, stand) for a, stand in enumerate(stands)),

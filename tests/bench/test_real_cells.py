@@ -6,8 +6,10 @@ import pytest
 
 from bench import cell_tables, real_cells, report
 from bench.cells import real_cell
-from bench.exhaustive import exhaustive
+from bench.exhaustive import Exhausted
 from bench.real_cells import FOUND, KNOWN, NONE, BeamResult, CellResult, run_cell
+
+TOO_LATE = Exhausted(None, False, (9, 9), (0, 0), (0, 0), 0, 0, 1.0)
 
 
 def result(name="cell 01", kind="open", **values):
@@ -37,7 +39,7 @@ def test_an_error_and_a_wrong_refusal_are_told(monkeypatch):
     assert calls == [real_cell(91).cell]
     assert (found.outcome, found.search) == ("ERROR", FOUND)
     assert found.lattice > 0.0
-    monkeypatch.setattr(real_cells, "exhaustive", lambda cell, limit: exhaustive(cell, 0.0))  # too late for anything
+    monkeypatch.setattr(real_cells, "exhaustive", lambda cell, limit: TOO_LATE)
     assert run_cell(real_cell(91), 0.0, compare=False).search == KNOWN
     assert found.contradicted
     assert "somewhere" in found.reasons[0]

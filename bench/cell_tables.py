@@ -13,17 +13,18 @@ KINDS = {"open": "open: a layout is known", "cluttered": "cluttered: nobody knew
 
 def summary(results: Sequence[CellResult]) -> str:
     """One row per kind of cell, and all."""
-    head = "| cells | number | layouts | clean | refused | refused though there is one | median time | 90 % within |"
-    rows = [head, "|---|---|---|---|---|---|---|---|"]
+    head = "| cells | number | layouts | clean | refused | of these wrongly | median time | 90 % within | CPU: median, 90 % |"
+    rows = [head, "|---|---|---|---|---|---|---|---|---|"]
     groups = [(title, [r for r in results if r.kind == kind]) for kind, title in KINDS.items()]
     for title, some in [*groups, ("all", list(results))]:
         if some:
             answered = [r for r in some if r.answered]
-            times = [r.seconds for r in some]
+            times, busy = [r.seconds for r in some], [r.cpu for r in some]
             rows.append(
                 f"| {title} | {len(some)} | {len(answered)} | {sum(not r.faults for r in answered)} "
                 f"| {len(some) - len(answered)} | {sum(r.contradicted for r in some)} "
-                f"| {np.median(times):.2f} s | {np.percentile(times, 90):.2f} s |"
+                f"| {np.median(times):.2f} s | {np.percentile(times, 90):.2f} s "
+                f"| {np.median(busy):.2f} s, {np.percentile(busy, 90):.2f} s |"
             )
     return "\n".join(rows)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from math import radians
-from time import perf_counter
+from time import perf_counter, process_time
 
 import numpy as np
 
@@ -30,7 +30,7 @@ class CellResult:
     Attributes:
         name, kind, why: of the cell (`bench.cells.RealCell`). robots: of the arms. poses, obstacles: their numbers.
         couplings: contract words. outcome: of duocell, or the error it ended with. proved: as claimed.
-        seconds: wall time of one `optimize`, the first one of this cell: compiling included.
+        seconds: wall time of one `optimize`, the first one of this cell: compiling included. cpu: CPU seconds of it.
         objective: E, or None. faults: by the dense check. reasons: given for a refusal.
         free: faults of the layout that duocell finds if nothing is in the way; None if there is none.
         search: what is known or the exhaustive search says of a layout ("" if nobody was asked).
@@ -47,6 +47,7 @@ class CellResult:
     outcome: str = ""
     proved: bool = False
     seconds: float = 0.0
+    cpu: float = 0.0
     objective: float | None = None
     faults: list[str] = field(default_factory=list)
     reasons: list[str] = field(default_factory=list)
@@ -91,9 +92,9 @@ def run_cell(real: RealCell, search_limit: float, compare: bool) -> CellResult:
         len(cell.surroundings.obstacles),
         [tie.kind for tie in cell.couplings],
     )
-    began = perf_counter()
+    began, busy = perf_counter(), process_time()
     layout = _solve(cell, result)
-    result.seconds = perf_counter() - began
+    result.seconds, result.cpu = perf_counter() - began, process_time() - busy
     if layout is not None and layout.objective is not None:
         result.objective = layout.objective
         result.faults = judge(cell, layout).faults

@@ -13,7 +13,7 @@ TOO_LATE = Exhausted(None, False, (9, 9), (0, 0), (0, 0), 0, 0, 1.0)
 
 
 def result(name="cell 01", kind="open", **values):
-    return CellResult(name, kind, "", ["ur5e", "ur5e"], 7, 4, [], **values)
+    return CellResult(name, kind, "", ["ur5e", "ur5e"], 7, 4, [], cpu=1.0, **values)
 
 
 def test_a_blocked_cell_is_refused_and_the_search_agrees(monkeypatch):
@@ -55,9 +55,9 @@ def test_tables_count_what_matters():
         result("cell 07", "cluttered", outcome="infeasible", seconds=9.0, search=FOUND),
     ]
     summary = cell_tables.summary(results)
-    assert "| open: a layout is known | 3 | 2 | 1 | 1 | 1 | 2.00 s | 2.80 s |" in summary
-    assert "| blocked on purpose | 1 | 0 | 0 | 1 | 0 | 0.50 s | 0.50 s |" in summary
-    assert "| all | 5 | 2 | 1 | 3 | 2 | 2.00 s | 6.60 s |" in summary
+    assert "| open: a layout is known | 3 | 2 | 1 | 1 | 1 | 2.00 s | 2.80 s | 1.00 s, 1.00 s |" in summary
+    assert "| blocked on purpose | 1 | 0 | 0 | 1 | 0 | 0.50 s | 0.50 s | 1.00 s, 1.00 s |" in summary
+    assert "| all | 5 | 2 | 1 | 3 | 2 | 2.00 s | 6.60 s | 1.00 s, 1.00 s |" in summary
     remarks = cell_tables.remarks(results)
     assert "In 2 of 3 open cells" in remarks
     assert "2 answers could be compared" in remarks

@@ -13,7 +13,7 @@ KINDS = {"open": "open: a layout is known", "cluttered": "cluttered: nobody knew
 
 def summary(results: Sequence[CellResult]) -> str:
     """One row per kind of cell, and all."""
-    head = "| cells | number | layouts | clean | refused | of these wrongly | median time | 90 % within | CPU: median, 90 % |"
+    head = "| cells | number | layouts | clean | refused | wrongly so | median time | 90 % within | CPU: median, 90 % |"
     rows = [head, "|---|---|---|---|---|---|---|---|---|"]
     groups = [(title, [r for r in results if r.kind == kind]) for kind, title in KINDS.items()]
     for title, some in [*groups, ("all", list(results))]:

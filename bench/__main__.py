@@ -18,6 +18,7 @@ from bench.real_cells import CellResult, run_beam, run_cell
 from bench.run import FORMS, TaskResult, run_task
 from bench.tasks import all_tasks, quick_tasks
 from bench.thesis import thesis_table
+from optimizer.settings import Settings
 
 OUTPUT = Path("build/bench")
 PAGE, PICTURE = Path("docs/benchmarks.md"), "benchmarks.png"
@@ -34,7 +35,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
     parser.add_argument("parts", nargs="*", choices=[*PARTS, []], help="default: all of them")
     parser.add_argument("--quick", action="store_true", help="few tasks, cells and runs: minutes, not an hour")
-    parser.add_argument("--scale", type=float, default=1.0, metavar="F", help="multiply the time the searches get by F")
+    parser.add_argument(
+        "--scale", type=float, default=1.0, metavar="F", help="multiply all time limits by F"
+    )
     parser.add_argument("--docs", action="store_true", help=f"write what was measured into {PAGE} too")
     options = parser.parse_args()
     warnings.simplefilter("ignore")  # peers warn about bounds and precision while they search
@@ -63,14 +66,15 @@ def _timings(options: argparse.Namespace) -> str:
 def _cells(options: argparse.Namespace) -> str:
     limit = SEARCH_LIMIT * options.scale * (0.3 if options.quick else 1.0)
     results: list[CellResult] = []
+    settings = Settings(time_limit=Settings().time_limit * options.scale)
     for real in quick_cells() if options.quick else real_cells():
-        results.append(run_cell(real, limit, compare=not options.quick))
+        results.append(run_cell(real, limit, not options.quick, settings))
         _say(results[-1].row())
         _store("cells", results)
     beam = run_beam(1 if options.quick else 5)
     _say("\n".join(["", cell_tables.summary(results), "", cell_tables.remarks(results), "", cell_tables.beam(beam)]))
     _store("beam", beam)
-    return report.cells(results, beam, limit)
+    return report.cells(results, beam, settings.time_limit, limit)
 
 
 def _peers(options: argparse.Namespace) -> str:

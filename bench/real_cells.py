@@ -17,6 +17,7 @@ from models.cell import Cell
 from models.surroundings import Clearances, Surroundings
 from optimizer.layout import Layout
 from optimizer.optimize import optimize
+from optimizer.settings import Settings
 
 COARSE = 0.02, radians(5.0)
 """m and rad; steps of the look at free optima, where no verdict hangs on a millimetre."""
@@ -74,12 +75,13 @@ class CellResult:
         return f"{self.name} {self.kind:9} {arms:27} {self.outcome:10} {self.seconds:6.2f} s  {what}  {wrong}"
 
 
-def run_cell(real: RealCell, search_limit: float, compare: bool) -> CellResult:
+def run_cell(real: RealCell, search_limit: float, compare: bool, settings: Settings | None = None) -> CellResult:
     """One cell: solve, judge, and if there is no answer, look for one.
 
     Args:
         real: the cell.
         search_limit: s, for an exhaustive search.
+        settings: of duocell.
         compare: search even if there is an answer, to see how good it is.
     """
     cell = real.cell
@@ -93,7 +95,7 @@ def run_cell(real: RealCell, search_limit: float, compare: bool) -> CellResult:
         [tie.kind for tie in cell.couplings],
     )
     began, busy = perf_counter(), process_time()
-    layout = _solve(cell, result)
+    layout = _solve(cell, settings or Settings(), result)
     result.seconds, result.cpu = perf_counter() - began, process_time() - busy
     if layout is not None and layout.objective is not None:
         result.objective = layout.objective
@@ -104,10 +106,10 @@ def run_cell(real: RealCell, search_limit: float, compare: bool) -> CellResult:
     return result
 
 
-def _solve(cell: Cell, result: CellResult) -> Layout | None:
+def _solve(cell: Cell, settings: Settings, result: CellResult) -> Layout | None:
     """The answer; an error is noted and counts as none."""
     try:
-        layout = optimize(cell)
+        layout = optimize(cell, settings)
     except Exception as error:
         result.outcome, result.reasons = "ERROR", [f"{type(error).__name__}: {error}"]
         return None

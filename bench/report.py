@@ -57,7 +57,8 @@ CELLS = """\
 A hundred seeded cells (`bench/cells.py`): two arms of mixed makes, 3 to 8 obstacles, 5 to 20 poses, a beam or plate
 that both hold, floor polygons, pedestals and couplings in some. Eighty are *open*: obstacles were put around a layout
 that works, most of them where a layout would be if it were not for them. Ten are *cluttered*: obstacles were thrown in
-without looking. Ten are *blocked* for a known reason. Times are of the first call of each cell, compiling included.
+without looking. Ten are *blocked* for a known reason. Times are of the first call of each cell, compiling included;
+duocell's own limit was {own_limit:.0f} s.
 
 Every layout is judged by the dense check (`bench/dense_check.py`): the path in steps of 1 mm and 0.5°, followed by
 Newton's method with Pinocchio, every pair of bodies by Coal, floor by Shapely, none of it shared with duocell. Every
@@ -129,9 +130,10 @@ def comparison(results: Sequence[TaskResult], chart: str) -> str:
     )
 
 
-def cells(results: Sequence[CellResult], beam: Sequence[BeamResult], search_limit: float) -> str:
-    """Section of the real cells; ``search_limit`` s were allowed for each exhaustive search."""
+def cells(results: Sequence[CellResult], beam: Sequence[BeamResult], own_limit: float, search_limit: float) -> str:
+    """Section of the real cells; limits of duocell and of each exhaustive search in s."""
     return CELLS.format(
+        own_limit=own_limit,
         limit=search_limit,
         summary=cell_tables.summary(results),
         remarks=cell_tables.remarks(results),

@@ -29,7 +29,7 @@ def test_a_blocked_cell_is_refused_and_the_search_agrees(monkeypatch):
 def test_an_error_and_a_wrong_refusal_are_told(monkeypatch):
     calls = []
 
-    def fails(cell):
+    def fails(cell, settings):
         calls.append(cell)
         raise ZeroDivisionError("somewhere")
 
@@ -67,7 +67,7 @@ def test_tables_count_what_matters():
     beam = cell_tables.beam([BeamResult(True, 2.0, 59.7, []), BeamResult(False, 0.1, 58.9, ["arm_obstacle: hit"])])
     assert "| 30 mm asked for | 2.00 s | 59.7 | clean |" in beam
     assert "| without clearances | 0.10 s | 58.9 | arm_obstacle: hit |" in beam
-    text = report.cells(results, [], 60.0)
+    text = report.cells(results, [], 60.0, 60.0)
     assert summary in text
 
 

@@ -9,32 +9,37 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 
 from fastapi import FastAPI
-from fastapi.openapi.docs import get_swagger_ui_html
-from fastapi.responses import HTMLResponse
 from fastapi.staticfiles import StaticFiles
+from fastapi.telemetry import TelemetryConfig
 
-from service import error_handlers, openapi
-from service.api import evaluate, health, layouts, robots
+from service import error_handlers, metrics, openapi, telemetry
+from service.api import docs, evaluate, health, layouts, robots
 from service.api.state import State
 from service.evaluations import Evaluations
 from service.executor import Executor, ProcessExecutor
 from service.health import Monitor
 from service.jobs import MemoryJobs
+from service.keys import keyring
+from service.middleware import stack
 from service.robots import robot_list
 from service.settings import Settings
 from service.version import package_version
 
 STATIC = Path(__file__).parent / "static"
-NO_ICON = "data:,"
-"""An icon that is no request."""
 
 
-def create_app(settings: Settings | None = None, executor: Executor | None = None) -> FastAPI:
+def create_app(
+    settings: Settings | None = None, executor: Executor | None = None, traces: TelemetryConfig | None = None
+) -> FastAPI:
     """The application.
 
     Args:
         settings: default: from the environment.
         executor: where solves run; default: warm processes. It is started and stopped with the application.
+        traces: OpenTelemetry providers; default: what OTEL_* variables ask for, nothing without them.
+
+    Raises:
+        KeysUnusable: the API keys of the settings cannot be used.
     """
     settings = settings or Settings()
     runs_on = executor or ProcessExecutor(settings.workers)
@@ -50,6 +55,7 @@ def create_app(settings: Settings | None = None, executor: Executor | None = Non
             max_queued=settings.max_queued,
             keep=settings.keep_jobs,
         )
+        metrics.watch(workers=runs_on.alive)
         monitor = Monitor(runs_on, settings.self_test_every)
         evaluations = Evaluations(runs_on, limit=settings.evaluate_limit, most=settings.max_evaluations)
         app.state.duocell = State(settings, jobs, evaluations, monitor)
@@ -69,25 +75,15 @@ def create_app(settings: Settings | None = None, executor: Executor | None = Non
         lifespan=lifespan,
         docs_url=None,
         redoc_url=None,
+        telemetry={**telemetry.config(), **(traces or {})},
     )
     error_handlers.install(app)
-    for part in (evaluate, layouts, robots, health):
+    for part in (evaluate, layouts, robots, health, docs):
         app.include_router(part.router)
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
-    app.add_api_route("/docs", _docs, include_in_schema=False, response_class=HTMLResponse)
     openapi.install(app)
+    stack.install(app, settings, keyring(settings))
     return app
-
-
-async def _docs() -> HTMLResponse:
-    """Forms for every request; everything they load comes from here."""
-    return get_swagger_ui_html(
-        openapi_url="/openapi.json",
-        title="duocell",
-        swagger_js_url="/static/swagger-ui/swagger-ui-bundle.js",
-        swagger_css_url="/static/swagger-ui/swagger-ui.css",
-        swagger_favicon_url=NO_ICON,
-    )
 
 
 async def _load_robots(monitor: Monitor) -> None:

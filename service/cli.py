@@ -84,6 +84,16 @@ def parser() -> argparse.ArgumentParser:
     _add_robots(figure)
     figure.set_defaults(command=_figure)
 
+    key = commands.add_parser("key", help="make an API key", description="API keys of the service.")
+    new = key.add_subparsers(required=True, metavar="COMMAND").add_parser(
+        "new",
+        help="make a key",
+        description="Make an API key: its hash line for DUOCELL_API_KEYS_FILE goes to standard output, the key itself, "
+        "once, to standard error.",
+    )
+    new.add_argument("name", metavar="NAME", help="whose key it is; shows up in logs")
+    new.set_defaults(command=_new_key)
+
     version = commands.add_parser("version", help="print the version", description="Print the version.")
     version.set_defaults(command=_version)
     return top
@@ -127,6 +137,12 @@ def _figure(options: argparse.Namespace) -> int:
     from service.cli_solve import figure
 
     return figure(options.result, options.output, options.robot_urdf)
+
+
+def _new_key(options: argparse.Namespace) -> int:
+    from service.cli_key import new
+
+    return new(options.name)
 
 
 def _version(options: argparse.Namespace) -> int:

@@ -1,4 +1,4 @@
-"""From exceptions to problem documents; every error that leaves the service passes here."""
+"""From exceptions to problem documents: what is raised on purpose; `service.middleware.unexpected` has the rest."""
 
 from __future__ import annotations
 
@@ -23,11 +23,12 @@ def install(app: FastAPI) -> None:
 
     def handle(request: Request, error: Exception) -> Response:
         problem, status = as_problem(error)
+        if isinstance(error, DuocellError) and KINDS[problem.code].status >= 500:
+            log.error("%s", error.detail, exc_info=error)
         return response(problem, request.url.path, status)
 
     for kind in (Problem, InvalidRequest, NotJson, QueueFull, DuocellError, RequestValidationError, HTTPException):
         app.add_exception_handler(kind, handle)
-    app.add_exception_handler(Exception, handle)
 
 
 def as_problem(error: Exception) -> tuple[Problem, int]:
@@ -53,8 +54,7 @@ def as_problem(error: Exception) -> tuple[Problem, int]:
             return Problem("invalid-request", issues[0].detail, errors=issues), 0
         case HTTPException():
             return _framework_problem(error), error.status_code
-    log.error("unexpected error", exc_info=error)
-    return Problem("internal", "Something unexpected happened; the log of the server has the details."), 0
+    raise AssertionError(f"installed for {type(error).__name__} without a problem")
 
 
 def _framework_problem(error: HTTPException) -> Problem:

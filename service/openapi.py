@@ -16,25 +16,59 @@ Where should the arms of a workcell be bolted down? Send the poses that a part g
 the answer is the base placements that keep all joints nearest to their references, within limits and without a change
 of posture, verified independently and on request proved to be the best.
 
-SI units and radians throughout. Errors are `application/problem+json` (RFC 9457).
+SI units and radians throughout. Errors are `application/problem+json` (RFC 9457). Where the operator has set it so, a key
+is needed, and requests per second are limited. Every answer has an `X-Request-ID`, yours if you send one; the log of the
+service tells of the request under that name.
 """
+
+SECURITY: dict[str, dict[str, Any]] = {
+    "bearer": {"type": "http", "scheme": "bearer", "description": "A key of the service, if it asks for one."},
+    "apiKey": {
+        "type": "apiKey",
+        "in": "header",
+        "name": "X-API-Key",
+        "description": "The same where Authorization is taken, by a gateway say.",
+    },
+}
+UNGUARDED = frozenset({"get_health", "get_readiness"})
+"""Operations that neither ask for a key nor count requests."""
+GUARDED_WITH = ("401", "429")
+PROBLEMS = {
+    "400": "The body is no JSON document.",
+    "401": "The service asks for a key and there is none, or an unknown one.",
+    "404": "There is nothing of that name.",
+    "413": "The body is too large.",
+    "415": "The body is something else than JSON.",
+    "422": "The request cannot be carried out; `errors` says why.",
+    "429": "Too many requests, or too many layouts are waiting.",
+    "500": "An error of the service.",
+    "503": "The service is not ready.",
+}
+"""What an error status means; the standard's phrases differ from one Python to the next."""
 
 HEADERS: dict[str, dict[str, Any]] = {
     "Location": {"description": "Address of the layout.", "schema": {"type": "string"}},
     "ETag": {"description": "Changes whenever the layout does.", "schema": {"type": "string"}},
     "Retry-After": {"description": "Seconds after which to ask again.", "schema": {"type": "integer"}},
     "Preference-Applied": {"description": "The wait that was granted (RFC 7240).", "schema": {"type": "string"}},
+    "WWW-Authenticate": {"description": "How to send a key (RFC 6750).", "schema": {"type": "string"}},
+    "X-Request-ID": {"description": "The request's name in the log of the service.", "schema": {"type": "string"}},
+    "RateLimit-Policy": {
+        "description": "Requests `q` that are allowed in `w` seconds, if they are limited.",
+        "schema": {"type": "string"},
+    },
+    "RateLimit": {
+        "description": "Requests `r` that are left, and the seconds `t` until all of them are.",
+        "schema": {"type": "string"},
+    },
 }
 SENT_WITH: dict[tuple[str, str], list[str]] = {
     ("create_layout", "200"): ["Location", "ETag", "Preference-Applied"],
     ("create_layout", "202"): ["Location", "ETag", "Retry-After", "Preference-Applied"],
-    ("create_layout", "429"): ["Retry-After"],
-    ("evaluate_layout", "429"): ["Retry-After"],
-    ("evaluate_layout", "503"): ["Retry-After"],
     ("get_layout", "200"): ["ETag", "Retry-After"],
     ("get_layout", "304"): ["ETag"],
-    ("get_readiness", "503"): ["Retry-After"],
 }
+SENT_WITH_STATUS = {"401": ["WWW-Authenticate"], "429": ["Retry-After"], "503": ["Retry-After"]}
 ASKED_WITH: dict[str, list[dict[str, Any]]] = {
     "create_layout": [
         {
@@ -104,6 +138,9 @@ def completed(schema: dict[str, Any]) -> dict[str, Any]:
     for path in schema["paths"].values():
         for operation in path.values():
             _complete(operation)
+    schema["components"]["headers"] = HEADERS
+    schema["components"]["securitySchemes"] = SECURITY
+    schema["security"] = [{}, *({name: []} for name in SECURITY)]
     for unused in ("HTTPValidationError", "ValidationError"):
         schema["components"]["schemas"].pop(unused, None)
     return schema
@@ -115,15 +152,23 @@ def _complete(operation: dict[str, Any]) -> None:
     if name in BODIES:
         operation["requestBody"] = BODIES[name]
     operation.setdefault("parameters", []).extend(ASKED_WITH.get(name, []))
+    guarded = name not in UNGUARDED
     responses = operation["responses"]
+    if guarded:
+        responses |= {status: _problem(PROBLEMS[status]) for status in GUARDED_WITH}
     for status in list(responses):
-        content = responses[status].get("content", {})
-        reference = content.get("application/json", {}).get("schema", {}).get("$ref", "")
+        reference = responses[status].get("content", {}).get("application/json", {}).get("schema", {}).get("$ref", "")
         if reference.endswith("/HTTPValidationError"):
             del responses[status]  # FastAPI expects that any parameter may be wrong; ours are strings
             continue
         if reference.endswith("/ProblemDocument"):
-            content[MEDIA_TYPE] = content.pop("application/json")
-        headers = {header: HEADERS[header] for header in SENT_WITH.get((name, status), [])}
-        if headers:
-            responses[status]["headers"] = headers
+            responses[status] = _problem(PROBLEMS.get(status, responses[status]["description"]))
+        headers = [*SENT_WITH.get((name, status), []), *SENT_WITH_STATUS.get(status, []), "X-Request-ID"]
+        headers += ["RateLimit-Policy", "RateLimit"] if guarded else []
+        responses[status]["headers"] = {header: {"$ref": f"#/components/headers/{header}"} for header in headers}
+
+
+def _problem(description: str) -> dict[str, Any]:
+    """A response that is a problem."""
+    schema = {"$ref": "#/components/schemas/ProblemDocument"}
+    return {"description": description, "content": {MEDIA_TYPE: {"schema": schema}}}

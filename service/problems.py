@@ -27,6 +27,7 @@ _CHECK = "Each entry of `errors` points to the place and says what is allowed th
 KINDS: dict[str, Kind] = {
     "invalid-json": Kind(400, "The body is no JSON document", "Send one JSON object, encoded as UTF-8."),
     "bad-request": Kind(400, "The request cannot be read", "See the detail."),
+    "unauthorized": Kind(401, "A key is needed", "Send one in the header Authorization or X-API-Key."),
     "not-found": Kind(404, "There is nothing here", "Check the address; `/docs` lists all of them."),
     "layout-not-found": Kind(404, "No such layout", "Finished layouts are forgotten after a while: ask again."),
     "robot-not-found": Kind(404, "No such robot", "`GET /v1/robots` lists all of them."),
@@ -44,6 +45,7 @@ KINDS: dict[str, Kind] = {
         429, "Too many evaluations at the same time", "Try again after the seconds of the header Retry-After."
     ),
     "queue-full": Kind(429, "Too many layouts are waiting", "Try again after the seconds of the header Retry-After."),
+    "rate-limited": Kind(429, "Too many requests", "Try again after the seconds of the header Retry-After."),
     "error": Kind(500, "An error of the service", "Tell the operator; the log has the details."),
     "internal": Kind(500, "An error of the service", "Tell the operator; the log has the details."),
     "solver-failure": Kind(500, "An engine broke down", "Tell the operator; the log has the details."),

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
+from typing import Annotated, Literal
 
-from pydantic import Field
-from pydantic_settings import BaseSettings, SettingsConfigDict
+from pydantic import Field, field_validator
+from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 
 def usable_cores() -> int:
@@ -33,7 +35,51 @@ class Limits(BaseSettings):
     max_certificate_time: float = Field(default=600.0, gt=0.0, description="s, certificate.time_limit")
 
 
-class Settings(Limits):
+class Access(BaseSettings):
+    """Who may ask, how often, and from which pages. Everything is open as long as no key is given."""
+
+    model_config = SettingsConfigDict(env_prefix="DUOCELL_", extra="ignore")
+
+    api_keys: str = Field(default="", repr=False, description="hash lines of the API keys, separated by blanks")
+    api_keys_file: Path | None = Field(default=None, description="file with one hash line of an API key per line")
+    public_docs: bool = Field(default=True, description="/docs, /openapi.json and /problems need no key")
+    public_metrics: bool = Field(default=False, description="/metrics needs no key")
+    rate_limit: float = Field(default=0.0, ge=0.0, le=1e6, description="1/s, requests per key or address; 0: no limit")
+    rate_burst: int = Field(default=20, ge=1, le=10**6, description="requests that may come at once before that")
+    cors_origins: Annotated[tuple[str, ...], NoDecode] = Field(
+        default=(), description="origins whose pages may ask, separated by commas; *: all"
+    )
+
+    @field_validator("cors_origins", mode="before")
+    @classmethod
+    def _split(cls, value: object) -> object:
+        """An environment variable holds one text."""
+        return tuple(part.strip() for part in value.split(",") if part.strip()) if isinstance(value, str) else value
+
+    @field_validator("cors_origins")
+    @classmethod
+    def _look_like_origins(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        """Browsers send scheme, host and port, and nothing behind it; anything else would silently never match."""
+        for origin in value:
+            if origin != "*" and not re.fullmatch(r"https?://[^/\s@?#]+", origin):
+                raise ValueError(f"{origin!r} is no origin; write https://host or http://host:port, or *")
+        return value
+
+
+class Logging(BaseSettings):
+    """What is written to stderr, and how."""
+
+    model_config = SettingsConfigDict(env_prefix="DUOCELL_", extra="ignore")
+
+    log_level: Literal["debug", "info", "warning", "error"] = Field(
+        default="info", description="least level that is logged; debug adds the probes of health and metrics"
+    )
+    log_format: Literal["auto", "json", "console"] = Field(
+        default="auto", description="json: one object a line; console: for people; auto: console on a terminal"
+    )
+
+
+class Settings(Limits, Access, Logging):
     """Everything that can be set from outside.
 
     ``time_limit`` is soft: the optimizer returns the best point so far. A worker that has not answered

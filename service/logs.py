@@ -1,0 +1,81 @@
+"""Logs: every line on stderr, one JSON object each, or coloured columns for a person at a terminal.
+
+The rest of the program uses `logging` as always; this module decides how records look. What is bound with `about`
+stands in every line logged inside, whoever logs it.
+"""
+
+from __future__ import annotations
+
+import logging
+import sys
+from collections.abc import MutableMapping
+from contextlib import AbstractContextManager
+from typing import Any
+
+import structlog
+from opentelemetry import trace
+
+from service.settings import Logging
+
+LEVEL_OF_OTHERS = {"uvicorn.access": logging.CRITICAL, "httpx2": logging.WARNING, "urllib3": logging.WARNING}
+"""Libraries that would say twice, or in full detail, what is logged here already."""
+
+
+def configure(settings: Logging | None = None) -> None:
+    """Route every logger of this process to stderr; default: as the environment says."""
+    settings = settings or Logging()
+    json = settings.log_format == "json" or (settings.log_format == "auto" and not sys.stderr.isatty())
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(formatter(json=json))
+    root = logging.getLogger()
+    root.handlers = [handler]
+    root.setLevel(settings.log_level.upper())
+    for name, level in LEVEL_OF_OTHERS.items():
+        logging.getLogger(name).setLevel(level)
+
+
+def formatter(*, json: bool) -> logging.Formatter:
+    """Renders records of `logging`, with what `about` has bound and what ``extra`` brings.
+
+    Traces never show the values of variables: a key or a request may be among them.
+    """
+    renderer: list[Any]
+    if json:
+        renderer = [structlog.processors.format_exc_info, structlog.processors.JSONRenderer(ensure_ascii=True)]
+    else:
+        plain = structlog.dev.plain_traceback
+        renderer = [_escaped, structlog.dev.ConsoleRenderer(colors=sys.stderr.isatty(), exception_formatter=plain)]
+    return structlog.stdlib.ProcessorFormatter(
+        foreign_pre_chain=[
+            structlog.contextvars.merge_contextvars,
+            structlog.stdlib.add_log_level,
+            structlog.stdlib.add_logger_name,
+            structlog.processors.TimeStamper(fmt="iso", utc=True),
+            structlog.stdlib.ExtraAdder(),
+            _add_trace,
+        ],
+        processors=[structlog.stdlib.ProcessorFormatter.remove_processors_meta, *renderer],
+    )
+
+
+def about(**facts: str) -> AbstractContextManager[None]:
+    """A block in which every line tells these facts, for instance ``job_id``; tasks begun inside inherit them."""
+    return structlog.contextvars.bound_contextvars(**facts)
+
+
+def _add_trace(logger: Any, method: str, event: MutableMapping[str, Any]) -> MutableMapping[str, Any]:
+    """The trace that is under way, where OpenTelemetry is configured, so that a line and its trace find each other."""
+    event.pop("color_message", None)  # uvicorn's second wording
+    context = trace.get_current_span().get_span_context()
+    if context.is_valid:
+        event["trace_id"] = trace.format_trace_id(context.trace_id)
+        event["span_id"] = trace.format_span_id(context.span_id)
+    return event
+
+
+def _escaped(logger: Any, method: str, event: MutableMapping[str, Any]) -> MutableMapping[str, Any]:
+    """Control characters of what clients sent must not reach a terminal. JSON escapes them anyway."""
+    for name, value in event.items():
+        if name != "exception" and isinstance(value, str) and not value.isprintable():
+            event[name] = value.encode("unicode_escape").decode("ascii")
+    return event

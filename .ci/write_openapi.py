@@ -1,6 +1,6 @@
 """Write the OpenAPI document that clients are made from: `make openapi`.
 
-    python .ci/write_openapi.py docs/openapi.json
+python .ci/write_openapi.py docs/openapi.json
 """
 
 import json

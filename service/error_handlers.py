@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from http import HTTPStatus
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
@@ -12,6 +13,7 @@ from starlette.exceptions import HTTPException
 from models.errors import DuocellError
 from service.issues import InvalidRequest, Issue
 from service.jobs import QueueFull
+from service.middleware.routes import route_of
 from service.problems import BY_STATUS, KINDS, Problem, phrase, response
 from service.strict_json import NotJson
 
@@ -25,6 +27,8 @@ def install(app: FastAPI) -> None:
         problem, status = as_problem(error)
         if isinstance(error, DuocellError) and KINDS[problem.code].status >= 500:
             log.error("%s", error.detail, exc_info=error)
+        if status == HTTPStatus.METHOD_NOT_ALLOWED:
+            problem.headers = dict(problem.headers or {}) | _allowed(request)
         return response(problem, request.url.path, status)
 
     for kind in (Problem, InvalidRequest, NotJson, QueueFull, DuocellError, RequestValidationError, HTTPException):
@@ -62,3 +66,9 @@ def _framework_problem(error: HTTPException) -> Problem:
     code = BY_STATUS.get(error.status_code, "internal" if error.status_code >= 500 else "bad-request")
     detail = KINDS[code].title if error.detail == phrase(error.status_code) else error.detail.rstrip(".")
     return Problem(code, f"{detail}. {KINDS[code].advice}", headers=error.headers)
+
+
+def _allowed(request: Request) -> dict[str, str]:
+    """All methods of an address; the framework names those of one route only, though several may share the address."""
+    methods = request.app.openapi()["paths"].get(route_of(request.scope), {})
+    return {"Allow": ", ".join(sorted(method.upper() for method in methods))} if methods else {}

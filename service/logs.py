@@ -17,8 +17,11 @@ from opentelemetry import trace
 
 from service.settings import Logging
 
-LEVEL_OF_OTHERS = {"uvicorn.access": logging.CRITICAL, "httpx2": logging.WARNING, "urllib3": logging.WARNING}
-"""Libraries that would say twice, or in full detail, what is logged here already."""
+OURS = ("service", "optimizer", "models", "uvicorn")
+"""Loggers that the level is set for; of the other libraries only warnings count."""
+
+NEVER = "uvicorn.access"
+"""What `service.middleware.observe` says already, and without the query strings."""
 
 
 def configure(settings: Logging | None = None) -> None:
@@ -29,9 +32,10 @@ def configure(settings: Logging | None = None) -> None:
     handler.setFormatter(formatter(json=json))
     root = logging.getLogger()
     root.handlers = [handler]
-    root.setLevel(settings.log_level.upper())
-    for name, level in LEVEL_OF_OTHERS.items():
-        logging.getLogger(name).setLevel(level)
+    root.setLevel(max(logging.WARNING, _number(settings.log_level)))
+    for name in OURS:
+        logging.getLogger(name).setLevel(_number(settings.log_level))
+    logging.getLogger(NEVER).disabled = True
 
 
 def formatter(*, json: bool) -> logging.Formatter:
@@ -56,6 +60,10 @@ def formatter(*, json: bool) -> logging.Formatter:
         ],
         processors=[structlog.stdlib.ProcessorFormatter.remove_processors_meta, *renderer],
     )
+
+
+def _number(level: str) -> int:
+    return logging.getLevelNamesMapping()[level.upper()]
 
 
 def about(**facts: str) -> AbstractContextManager[None]:

@@ -16,9 +16,9 @@ Where should the arms of a workcell be bolted down? Send the poses that a part g
 the answer is the base placements that keep all joints nearest to their references, within limits and without a change
 of posture, verified independently and on request proved to be the best.
 
-SI units and radians throughout. Errors are `application/problem+json` (RFC 9457). Where the operator has set it so, a key
-is needed, and requests per second are limited. Every answer has an `X-Request-ID`, yours if you send one; the log of the
-service tells of the request under that name.
+SI units and radians throughout. Errors are `application/problem+json` (RFC 9457). Where the operator has set it so, a
+key is needed, and requests per second are limited. Every answer has an `X-Request-ID`, yours if you send one: the name
+of the request in the log of the service.
 """
 
 SECURITY: dict[str, dict[str, Any]] = {
@@ -105,6 +105,13 @@ BODIES = {
     "create_layout": _body("The task, the arms, and where their bases may stand.", "LayoutRequest", EXAMPLE),
     "evaluate_layout": _body("The task, the arms, and where their bases stand.", "EvaluateRequest", EVALUATE_EXAMPLE),
 }
+LAYOUT_LINK = {
+    "layout": {
+        "operationId": "get_layout",
+        "parameters": {"layout_id": "$response.body#/id"},
+        "description": "Where to see what becomes of it.",
+    }
+}
 TAGS = [
     {"name": "layouts", "description": "Ask for layouts and fetch them."},
     {"name": "robots", "description": "The robots that a request may name."},
@@ -163,6 +170,8 @@ def _complete(operation: dict[str, Any]) -> None:
             continue
         if reference.endswith("/ProblemDocument"):
             responses[status] = _problem(PROBLEMS.get(status, responses[status]["description"]))
+        if name == "create_layout" and status in ("200", "202"):
+            responses[status]["links"] = LAYOUT_LINK
         headers = [*SENT_WITH.get((name, status), []), *SENT_WITH_STATUS.get(status, []), "X-Request-ID"]
         headers += ["RateLimit-Policy", "RateLimit"] if guarded else []
         responses[status]["headers"] = {header: {"$ref": f"#/components/headers/{header}"} for header in headers}

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from typing import Annotated
 
-from fastapi import APIRouter
+from fastapi import APIRouter, Path
 from fastapi.responses import JSONResponse, Response
 
 from service.api.state import StateOf
@@ -15,6 +16,7 @@ from service.version import package_version
 router = APIRouter(tags=["service"])
 
 PROBLEM = {"model": ProblemDocument}
+ProblemCode = Annotated[str, Path(description="`code` of a problem.", examples=["queue-full"])]
 
 
 @router.get(
@@ -53,7 +55,9 @@ async def get_readiness(state: StateOf) -> Response:
     response_model=None,
     responses={200: {"model": ProblemKind, "description": "It means this."}, 404: PROBLEM},
 )
-async def get_problem(code: str) -> Response:
+async def get_problem(
+    code: ProblemCode,
+) -> Response:
     """Explains the `type` of an error answer."""
     if code not in KINDS:
         raise Problem("not-found", f"There is no kind of problem called {code[:80]!r}; known are {', '.join(KINDS)}.")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from fastapi import APIRouter
+from typing import Annotated
+
+from fastapi import APIRouter, Path
 from fastapi.responses import JSONResponse, Response
 
 from models.errors import UnknownRobot
@@ -14,6 +16,7 @@ from service.schemas.robots import RobotDetail, RobotPage
 router = APIRouter(prefix="/v1/robots", tags=["robots"])
 
 PROBLEM = {"model": ProblemDocument}
+RobotName = Annotated[str, Path(description="Its name in the list of robots.", examples=["puma560"])]
 
 
 @router.get(
@@ -35,7 +38,9 @@ def list_robots() -> Response:
     response_model=None,
     responses={200: {"model": RobotDetail, "description": "The robot."}, 404: PROBLEM, 500: PROBLEM},
 )
-def get_robot(name: str) -> Response:
+def get_robot(
+    name: RobotName,
+) -> Response:
     """Joints, limits, frames, reach, where the data come from."""
     try:
         return JSONResponse(robot_document(name))

@@ -1,0 +1,139 @@
+"""A Python client, generated as the README says, for the whole life of a job."""
+
+import importlib
+import json
+import shlex
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from tests.clients.conftest import Server
+from tests.clients.fuzz import DOCUMENT, ROOT
+from tests.support.markdown import Block, blocks_of
+
+PACKAGE = "duocell_client"
+README = blocks_of(ROOT / "README.md")
+(GENERATE,) = [
+    line for block in README for line in block.commands if line.startswith(".venv/bin/openapi-python-client")
+]
+(EXAMPLE,) = [block for block in README if block.kind == "python client"]
+
+
+@pytest.fixture(scope="module")
+def generated(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of the generated project."""
+    folder = tmp_path_factory.mktemp("python")
+    program, *options = shlex.split(GENERATE)
+    assert options[-2:] == ["--path", "docs/openapi.json"]
+    command = [Path(sys.executable).with_name(Path(program).name), *options[:-1], DOCUMENT]
+    made = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert made.returncode == 0, made.stdout + made.stderr
+    assert "WARNING" not in made.stdout + made.stderr  # an operation or a type that it could not make anything of
+    return folder / "duocell-client"
+
+
+@pytest.fixture(scope="module")
+def client(generated: Path, server: Server) -> Iterator[Any]:
+    """A client of the server; its package can be imported as long as it is in use."""
+    sys.path.insert(0, str(generated))
+    package = importlib.import_module(PACKAGE)
+    with package.AuthenticatedClient(base_url=server.url, token=server.key, raise_on_unexpected_status=True) as client:
+        yield client
+    sys.path.remove(str(generated))
+    for name in [name for name in sys.modules if name.startswith(PACKAGE)]:
+        del sys.modules[name]
+
+
+def part(path: str) -> ModuleType:
+    return importlib.import_module(f"{PACKAGE}.{path}")
+
+
+@pytest.fixture
+def request_(client: Any) -> Any:
+    return part("models").LayoutRequest.from_dict(json.loads((ROOT / "examples" / "line.json").read_text()))
+
+
+def test_the_life_of_a_job(client: Any, request_: Any) -> None:
+    models = part("models")
+    create, get, listing = (part(f"api.layouts.{name}") for name in ("create_layout", "get_layout", "list_layouts"))
+    created = create.sync_detailed(client=client, body=request_)
+    assert created.status_code == 202
+    layout = created.parsed
+    assert isinstance(layout, models.Layout)
+    assert created.headers["location"].endswith(layout.id)
+    assert isinstance(layout.request.arms[0].grasp.orientation, models.Matrix)  # unions come back as what they are
+    for _ in range(200):
+        layout = get.sync(layout.id, client=client)
+        if layout.status not in ("queued", "running"):
+            break
+        time.sleep(0.05)
+    assert layout.status == "succeeded"
+    assert layout.error is None
+    assert layout.result.outcome in ("optimal", "feasible")
+    assert [arm.name for arm in layout.result.arms] == ["main", "follower"]
+    assert len(layout.result.arms[0].joints) == 10
+    assert layout.result.verification.max_position_error < 1e-6
+    page = listing.sync(client=client, limit=1)
+    assert [item.id for item in page.items] == [layout.id]
+    unchanged = get.sync_detailed(layout.id, client=client, if_none_match=created.headers["etag"])
+    assert unchanged.status_code == 200  # it has changed since it was queued
+    unchanged = get.sync_detailed(layout.id, client=client, if_none_match=unchanged.headers["etag"])
+    assert unchanged.status_code == 304
+
+
+def test_waiting_for_the_answer(client: Any, request_: Any) -> None:
+    answer = part("api.layouts.create_layout").sync_detailed(client=client, body=request_, prefer="wait=1")
+    assert answer.status_code in (200, 202)  # the server grants 0.3 s
+    assert answer.headers["preference-applied"] == "wait=0.3"
+
+
+def test_errors_are_typed(client: Any, server: Server, request_: Any) -> None:
+    problem_type = part("models").Problem
+    create, get = part("api.layouts.create_layout"), part("api.layouts.get_layout")
+    request_.arms[0].robot = "pumma560"
+    refused = create.sync_detailed(client=client, body=request_)
+    assert refused.status_code == 422
+    assert isinstance(refused.parsed, problem_type)
+    assert (refused.parsed.code, refused.parsed.status) == ("unknown-robot", 422)
+    assert refused.parsed.errors[0].pointer == "/arms/0/robot"
+    assert "puma560" in refused.parsed.errors[0].detail
+    missing = get.sync("none", client=client)
+    assert isinstance(missing, problem_type)
+    assert missing.code == "layout-not-found"
+    with part("client").Client(base_url=server.url) as nobody:
+        unauthorized = get.sync("none", client=nobody)
+    assert isinstance(unauthorized, problem_type)
+    assert unauthorized.code == "unauthorized"
+
+
+def test_robots_and_health(client: Any) -> None:
+    robots = part("api.robots.list_robots").sync(client=client)
+    assert "ur10e" in [robot.name for robot in robots.items]
+    assert part("api.robots.get_robot").sync("ur10e", client=client).joints[0].lower < -6.0
+    assert part("api.service.get_health").sync(client=client).status == "ok"
+    assert part("api.service.get_readiness").sync(client=client).status == "ready"
+    assert part("api.service.get_problem").sync("queue-full", client=client).status == 429
+
+
+def test_the_example_of_the_readme_runs(generated: Path, server: Server, tmp_path: Path) -> None:
+    block: Block = EXAMPLE
+    script = tmp_path / "script.py"
+    local = 'Client(base_url="http://localhost:8000")'
+    assert local in block.text
+    text = block.text.replace("import Client", "import AuthenticatedClient")
+    script.write_text(text.replace(local, f'AuthenticatedClient(base_url="{server.url}", token="{server.key}")'))
+    command = [
+        sys.executable,
+        "-I",
+        "-c",
+        f"import runpy, sys; sys.path.insert(0, {str(generated)!r}); runpy.run_path({str(script)!r})",
+    ]
+    run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=60)
+    assert run.returncode == 0, run.stderr
+    assert run.stdout == "main 156 955 mm\nfollower 1606 -21 mm\n"

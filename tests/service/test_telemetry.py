@@ -58,7 +58,7 @@ def test_requests_are_spans_and_durations(fake: Any, example: dict[str, Any]) ->
     tracer.add_span_processor(SimpleSpanProcessor(spans))
     meter = MeterProvider(metric_readers=[reader], shutdown_on_exit=False)
     providers: TelemetryConfig = {"tracer_provider": tracer, "meter_provider": meter}
-    with TestClient(create_app(Settings(), fake, providers)) as client:
+    with TestClient(create_app(Settings(), fake, traces=providers)) as client:
         client.post("/v1/layouts", json=example, headers={"traceparent": PARENT})
         client.get("/v1/layouts/none")
         client.get("/healthz")

@@ -95,6 +95,20 @@ def test_headers_without_end_are_cut_off(server: Server, piece: bytes) -> None:
     assert answer in (0, 400)
 
 
+def test_trailers_without_end_are_cut_off(server: Server) -> None:
+    """Fields behind the last chunk of a body are headers too."""
+    with server.connect() as connection:
+        post(connection, b"Transfer-Encoding: chunked\r\n")
+        try:
+            connection.sendall(b"2\r\n{}\r\n0\r\n")
+            for _ in range(20 * MAX_HEAD // 100):
+                connection.sendall(b"X-Trailer: " + b"a" * 87 + b"\r\n")
+            answer = status(connection)
+        except (ConnectionResetError, BrokenPipeError):
+            answer = 0
+    assert answer in (0, 400)
+
+
 def test_headers_up_to_the_limit_are_read(server: Server) -> None:
     with server.connect() as connection:
         connection.sendall(b"GET /healthz HTTP/1.1\r\nHost: here\r\nX-Long: " + b"a" * (MAX_HEAD // 2))

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.clients.conftest import Server
 from tests.clients.fuzz import DOCUMENT
+from tests.support.server import Server
 
 PROJECT = Path(__file__).parents[1] / "typescript"
 
@@ -19,6 +19,7 @@ def execute(folder: Path, *command: str) -> str:
     return done.stdout
 
 
+@pytest.mark.timeout(300)
 def test_a_typescript_client_compiles_and_works(server: Server, tmp_path: Path) -> None:
     missing = [program for program in ("node", "npm") if shutil.which(program) is None]
     if missing and not os.environ.get("DUOCELL_CI"):

@@ -16,7 +16,7 @@ Make = Callable[..., TestClient]
 PAGE = "https://planner.example"
 
 
-@pytest.mark.parametrize("path", ["/v1/layouts", "/v1/robots", "/nowhere", "/healthz", "/readyz", "/openapi.json"])
+@pytest.mark.parametrize("path", ["/v1/layouts", "/nowhere", "/healthz", "/readyz", "/openapi.json"])
 def test_answers_are_data_and_nothing_else(client: TestClient, path: str) -> None:
     headers = client.get(path).headers
     assert headers["x-content-type-options"] == "nosniff"

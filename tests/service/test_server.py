@@ -2,43 +2,23 @@
 
 import json
 import socket
+import time
 from collections.abc import Iterator
-from pathlib import Path
-from typing import NamedTuple
-from urllib.parse import urlsplit
 
 import httpx2
 import pytest
 
 from service.cli_serve import MAX_HEAD
-from service.demo import serving
-from service.keys import hash_line, new_key
+from tests.support.server import Server, guarded_server
 
-KEY = new_key()
 MAX_BODY = 100_000
-
-
-class Server(NamedTuple):
-    """A server of our own."""
-
-    url: str
-    log: Path
-
-    def connect(self) -> socket.socket:
-        address = urlsplit(self.url)
-        return socket.create_connection((address.hostname, address.port), timeout=20.0)
 
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
-    log = tmp_path_factory.mktemp("server") / "log"
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("DUOCELL_WORKERS", "1")
-        patch.setenv("DUOCELL_API_KEYS", hash_line("press", KEY))
-        patch.setenv("DUOCELL_MAX_BODY", str(MAX_BODY))
-        patch.setenv("DUOCELL_LOG_LEVEL", "debug")
-        with serving(log) as url:
-            yield Server(url, log)
+    settings = {"DUOCELL_WORKERS": "1", "DUOCELL_MAX_BODY": str(MAX_BODY), "DUOCELL_LOG_LEVEL": "debug"}
+    with guarded_server(tmp_path_factory.mktemp("server") / "log", settings) as server:
+        yield server
 
 
 def status(connection: socket.socket) -> int:
@@ -55,28 +35,28 @@ def status(connection: socket.socket) -> int:
     return int(head.split(b" ", 2)[1])
 
 
-def post(connection: socket.socket, headers: bytes) -> None:
+def post(server: Server, connection: socket.socket, headers: bytes) -> None:
     head = b"POST /v1/layouts HTTP/1.1\r\nHost: here\r\nContent-Type: application/json\r\n" + headers
-    connection.sendall(head + b"X-API-Key: " + KEY.encode() + b"\r\n\r\n")
+    connection.sendall(head + b"X-API-Key: " + server.key.encode() + b"\r\n\r\n")
 
 
 def test_a_body_without_a_length_is_cut_off_at_the_limit(server: Server) -> None:
     """Chunked: what it will amount to is not known before it has come."""
     chunk = b"1000\r\n" + b" " * 0x1000 + b"\r\n"
     with server.connect() as connection:
-        post(connection, b"Transfer-Encoding: chunked\r\n")
+        post(server, connection, b"Transfer-Encoding: chunked\r\n")
         for _ in range(MAX_BODY // 0x1000 + 1):  # one chunk more than allowed, and no end in sight
             connection.sendall(chunk)
         assert status(connection) == 413
     with server.connect() as connection:
-        post(connection, b"Transfer-Encoding: chunked\r\n")
+        post(server, connection, b"Transfer-Encoding: chunked\r\n")
         connection.sendall(chunk * 2 + b"2\r\n{}\r\n0\r\n\r\n")
         assert status(connection) == 422  # read to its end and understood
 
 
 def test_a_length_beyond_the_limit_is_refused_before_all_of_it_has_come(server: Server) -> None:
     with server.connect() as connection:
-        post(connection, b"Content-Length: 100000000\r\n")
+        post(server, connection, b"Content-Length: 100000000\r\n")
         connection.sendall(b" " * (MAX_BODY + 1))
         assert status(connection) == 413
 
@@ -98,7 +78,7 @@ def test_headers_without_end_are_cut_off(server: Server, piece: bytes) -> None:
 def test_trailers_without_end_are_cut_off(server: Server) -> None:
     """Fields behind the last chunk of a body are headers too."""
     with server.connect() as connection:
-        post(connection, b"Transfer-Encoding: chunked\r\n")
+        post(server, connection, b"Transfer-Encoding: chunked\r\n")
         try:
             connection.sendall(b"2\r\n{}\r\n0\r\n")
             for _ in range(20 * MAX_HEAD // 100):
@@ -132,13 +112,15 @@ def test_an_address_that_leaves_its_folder_leads_nowhere(server: Server) -> None
 
 def test_every_line_of_the_log_is_an_object_and_no_line_holds_the_key(server: Server) -> None:
     with httpx2.Client(base_url=server.url) as client:
-        assert client.get("/v1/layouts", headers={"Authorization": f"Bearer {KEY}"}).status_code == 200
-        assert client.get(f"/v1/layouts?key={KEY}", headers={"X-API-Key": KEY + "x"}).status_code == 401
-        assert client.get("/v1/layouts", headers={"X-API-Key": KEY, "X-Request-ID": "last"}).status_code == 200
-    text = server.log.read_text()
+        assert client.get("/v1/layouts", headers={"Authorization": f"Bearer {server.key}"}).status_code == 200
+        assert client.get(f"/v1/layouts?key={server.key}", headers={"X-API-Key": server.key + "x"}).status_code == 401
+        assert client.get("/v1/layouts", headers={"X-API-Key": server.key, "X-Request-ID": "last"}).status_code == 200
+    deadline = time.monotonic() + 10.0
+    while '"last"' not in (text := server.log.read_text()) and time.monotonic() < deadline:
+        time.sleep(0.02)  # a line is written once the answer is on its way
     lines = [json.loads(line) for line in text.splitlines()]
     assert all({"event", "level", "logger", "timestamp"} <= set(line) for line in lines)
-    assert [line["key"] for line in lines if line.get("request_id") == "last"] == ["press"]
+    assert [line["key"] for line in lines if line.get("request_id") == "last"] == ["client"]
     assert sum(line["event"] == "request" for line in lines) > 8
-    assert KEY not in text
+    assert server.key not in text
     assert "httptools" not in text

@@ -98,4 +98,9 @@ Vector3 = Annotated[list[float], Field(min_length=3, max_length=3)]
 Vector4 = Annotated[list[float], Field(min_length=4, max_length=4)]
 Matrix3 = Annotated[list[Vector3], Field(min_length=3, max_length=3)]
 Interval = Annotated[list[float], Field(min_length=2, max_length=2), AfterValidator(_ordered)]
-Label = Annotated[str, Field(max_length=200), AfterValidator(_printable)]
+Label = Annotated[
+    str,
+    # The same rule for clients and generators of test data; the validator has the better sentence.
+    Field(max_length=200, json_schema_extra={"pattern": r"^[^\u0000-\u001f\u007f-\u009f]*$"}),
+    AfterValidator(_printable),
+]

@@ -77,6 +77,13 @@ def test_what_is_not_there_is_a_problem(client: TestClient, method: str, path: s
         assert answer.headers["allow"]
 
 
+@pytest.mark.parametrize(
+    ("path", "methods"), [("/v1/layouts", "GET, POST"), ("/v1/layouts/none", "GET"), ("/docs", "GET")]
+)
+def test_a_wrong_method_is_told_all_right_ones(client: TestClient, path: str, methods: str) -> None:
+    assert client.request("PATCH", path).headers["allow"] == methods
+
+
 def test_a_form_is_no_json(client: TestClient) -> None:
     answer = client.post("/v1/layouts", data={"name": "line"})
     assert answer.status_code == 415

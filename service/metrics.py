@@ -5,7 +5,6 @@ Whoever sees something happen calls a function here; gauges are read when they a
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 
 from prometheus_client import (
@@ -23,7 +22,7 @@ from prometheus_client.exposition import CONTENT_TYPE_LATEST as MEDIA_TYPE
 
 from service.version import package_version
 
-__all__ = ["MEDIA_TYPE", "REGISTRY", "exposition", "iterations", "job_finished", "request", "watch", "worker_died"]
+__all__ = ["MEDIA_TYPE", "REGISTRY", "exposition", "job_finished", "local_solve", "request", "watch", "worker_died"]
 
 REGISTRY = CollectorRegistry()
 for _collector in (ProcessCollector, PlatformCollector, GCCollector):
@@ -47,7 +46,7 @@ _SOLVES = Histogram(
     buckets=(0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0, 60.0, 120.0, 300.0, 600.0),
     registry=REGISTRY,
 )
-_STARTS = Counter("duocell_solver_starts", "Local optimisations run by finished jobs.", registry=REGISTRY)
+_STARTS = Counter("duocell_solver_starts", "Local optimisations run.", registry=REGISTRY)
 _ITERATIONS = Counter("duocell_solver_iterations", "Iterations of IPOPT.", registry=REGISTRY)
 _DEATHS = Counter("duocell_worker_deaths", "Workers that ended in the middle of a solve.", ["cause"], registry=REGISTRY)
 _GAUGES = {
@@ -55,9 +54,6 @@ _GAUGES = {
     "running": Gauge("duocell_jobs_running", "Jobs being solved.", registry=REGISTRY),
     "workers": Gauge("duocell_workers_alive", "Worker processes that live.", registry=REGISTRY),
 }
-
-_STARTS_OF = re.compile(r'"search": ?\{[^{}]*"starts": ?(\d+)')
-"""Reading megabytes of joints for one number would hold up the event loop; quotes inside of strings are escaped."""
 
 
 def request(route: str, method: str, status: int, seconds: float) -> None:
@@ -72,22 +68,20 @@ def request(route: str, method: str, status: int, seconds: float) -> None:
     _REQUESTS.labels(route or "none", method if method in METHODS else "other", str(status)).observe(seconds)
 
 
-def job_finished(outcome: str, seconds: float, result: str | None = None) -> None:
+def job_finished(outcome: str, seconds: float) -> None:
     """A job that had begun came to an end.
 
     Args:
         outcome: of its result; without one the code of its failure, or cancelled.
         seconds: the solve took.
-        result: JSON of its result, as `service.worker` writes it.
     """
     _SOLVES.labels(outcome).observe(seconds)
-    starts = _STARTS_OF.search(result or "")
-    _STARTS.inc(int(starts[1]) if starts else 0)
 
 
-def iterations(count: int) -> None:
-    """IPOPT has made so many iterations more."""
-    _ITERATIONS.inc(count)
+def local_solve(iterations: int) -> None:
+    """A local optimisation ended after so many iterations of IPOPT."""
+    _STARTS.inc()
+    _ITERATIONS.inc(iterations)
 
 
 def worker_died(cause: str) -> None:

@@ -14,11 +14,7 @@ from typing import Any
 
 from bench import cell_tables, chart, plain, report, tables
 from bench.cells import quick_cells, real_cells
-<<<<<<< HEAD
 from bench.real_cells import CellResult, run_beam, run_cell
-=======
-from bench.real_cells import CellResult, run_beam, run_cells
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
 from bench.run import FORMS, TaskResult, run_task
 from bench.tasks import all_tasks, quick_tasks
 from bench.thesis import thesis_table
@@ -39,13 +35,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
     parser.add_argument("parts", nargs="*", choices=[*PARTS, []], help="default: all of them")
     parser.add_argument("--quick", action="store_true", help="few tasks, cells and runs: minutes, not an hour")
-<<<<<<< HEAD
     parser.add_argument(
         "--scale", type=float, default=1.0, metavar="F", help="multiply all time limits by F"
     )
-=======
-    parser.add_argument("--scale", type=float, default=1.0, metavar="F", help="multiply the time the searches get by F")
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
     parser.add_argument("--docs", action="store_true", help=f"write what was measured into {PAGE} too")
     options = parser.parse_args()
     warnings.simplefilter("ignore")  # peers warn about bounds and precision while they search
@@ -74,7 +66,6 @@ def _timings(options: argparse.Namespace) -> str:
 def _cells(options: argparse.Namespace) -> str:
     limit = SEARCH_LIMIT * options.scale * (0.3 if options.quick else 1.0)
     results: list[CellResult] = []
-<<<<<<< HEAD
     settings = Settings(time_limit=Settings().time_limit * options.scale)
     for real in quick_cells() if options.quick else real_cells():
         results.append(run_cell(real, limit, not options.quick, settings))
@@ -84,19 +75,6 @@ def _cells(options: argparse.Namespace) -> str:
     _say("\n".join(["", cell_tables.summary(results), "", cell_tables.remarks(results), "", cell_tables.beam(beam)]))
     _store("beam", beam)
     return report.cells(results, beam, settings.time_limit, limit)
-=======
-
-    def note(result: CellResult) -> None:
-        results.append(result)
-        _say(result.row())
-        _store("cells", results)
-
-    run_cells(quick_cells() if options.quick else real_cells(), limit, note)
-    beam = run_beam(1 if options.quick else 5)
-    _say("\n".join(["", cell_tables.summary(results), "", cell_tables.remarks(results), "", cell_tables.beam(beam)]))
-    _store("beam", beam)
-    return report.cells(results, beam, limit)
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
 
 
 def _peers(options: argparse.Namespace) -> str:

@@ -13,31 +13,18 @@ KINDS = {"open": "open: a layout is known", "cluttered": "cluttered: nobody knew
 
 def summary(results: Sequence[CellResult]) -> str:
     """One row per kind of cell, and all."""
-<<<<<<< HEAD
     head = "| cells | number | layouts | clean | refused | wrongly so | median time | 90 % within | CPU: median, 90 % |"
     rows = [head, "|---|---|---|---|---|---|---|---|---|"]
-=======
-    head = "| cells | number | layouts | clean | refused | refused though there is one | median time | 90 % within |"
-    rows = [head, "|---|---|---|---|---|---|---|---|"]
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
     groups = [(title, [r for r in results if r.kind == kind]) for kind, title in KINDS.items()]
     for title, some in [*groups, ("all", list(results))]:
         if some:
             answered = [r for r in some if r.answered]
-<<<<<<< HEAD
             times, busy = [r.seconds for r in some], [r.cpu for r in some]
             rows.append(
                 f"| {title} | {len(some)} | {len(answered)} | {sum(not r.faults for r in answered)} "
                 f"| {len(some) - len(answered)} | {sum(r.contradicted for r in some)} "
                 f"| {np.median(times):.2f} s | {np.percentile(times, 90):.2f} s "
                 f"| {np.median(busy):.2f} s, {np.percentile(busy, 90):.2f} s |"
-=======
-            times = [r.seconds for r in some]
-            rows.append(
-                f"| {title} | {len(some)} | {len(answered)} | {sum(not r.faults for r in answered)} "
-                f"| {len(some) - len(answered)} | {sum(r.contradicted for r in some)} "
-                f"| {np.median(times):.2f} s | {np.percentile(times, 90):.2f} s |"
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
             )
     return "\n".join(rows)
 
@@ -50,7 +37,6 @@ def remarks(results: Sequence[CellResult]) -> str:
         f"- In {sum(bool(r.free) for r in free)} of {len(free)} open cells the layout that is best with nothing in the "
         "way touches something, has a base where none may be, or breaks a coupling."
     )
-<<<<<<< HEAD
     pairs = [(r.objective, r.lattice) for r in results if r.objective is not None and r.lattice is not None]
     if pairs:
         worse = sum(own > 1.01 * lattice for own, lattice in pairs)
@@ -59,8 +45,6 @@ def remarks(results: Sequence[CellResult]) -> str:
             f"- {len(pairs)} answers could be compared with the first clean layout of the search, which goes from good "
             f"to bad: {worse} are more than 1 % worse than it, the median is {ratio:.2f} times its E."
         )
-=======
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
     for r in results:
         if r.faults:
             lines.append(f"- {r.name} ({' + '.join(r.robots)}): NOT CLEAN: {'; '.join(r.faults)}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-<<<<<<< HEAD
 from dataclasses import dataclass, field, replace
 from math import radians
 from time import perf_counter, process_time
@@ -11,14 +10,6 @@ import numpy as np
 
 from bench.beam import beam_cell
 from bench.cell_draw import Known
-=======
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
-from math import radians
-from time import perf_counter
-
-from bench.beam import beam_cell
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
 from bench.cells import RealCell
 from bench.dense_check import dense_check, judge
 from bench.exhaustive import exhaustive
@@ -26,10 +17,7 @@ from models.cell import Cell
 from models.surroundings import Clearances, Surroundings
 from optimizer.layout import Layout
 from optimizer.optimize import optimize
-<<<<<<< HEAD
 from optimizer.settings import Settings
-=======
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
 
 COARSE = 0.02, radians(5.0)
 """m and rad; steps of the look at free optima, where no verdict hangs on a millimetre."""
@@ -43,18 +31,11 @@ class CellResult:
     Attributes:
         name, kind, why: of the cell (`bench.cells.RealCell`). robots: of the arms. poses, obstacles: their numbers.
         couplings: contract words. outcome: of duocell, or the error it ended with. proved: as claimed.
-<<<<<<< HEAD
         seconds: wall time of one `optimize`, the first one of this cell: compiling included. cpu: CPU seconds of it.
         objective: E, or None. faults: by the dense check. reasons: given for a refusal.
         free: faults of the layout that duocell finds if nothing is in the way; None if there is none.
         search: what is known or the exhaustive search says of a layout ("" if nobody was asked).
         lattice: E of the layout that the search found, or None. search_seconds: it took.
-=======
-        seconds: wall time of one `optimize`, the first one of this cell: compiling included.
-        objective: E, or None. faults: by the dense check. reasons: given for a refusal.
-        free: faults of the layout that duocell finds if nothing is in the way; None if there is none.
-        search: what the exhaustive search says of a refusal ("" if it was not asked). search_seconds: it took.
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
     """
 
     name: str
@@ -67,19 +48,13 @@ class CellResult:
     outcome: str = ""
     proved: bool = False
     seconds: float = 0.0
-<<<<<<< HEAD
     cpu: float = 0.0
-=======
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
     objective: float | None = None
     faults: list[str] = field(default_factory=list)
     reasons: list[str] = field(default_factory=list)
     free: list[str] | None = None
     search: str = ""
-<<<<<<< HEAD
     lattice: float | None = None
-=======
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
     search_seconds: float = 0.0
 
     @property
@@ -100,7 +75,6 @@ class CellResult:
         return f"{self.name} {self.kind:9} {arms:27} {self.outcome:10} {self.seconds:6.2f} s  {what}  {wrong}"
 
 
-<<<<<<< HEAD
 def run_cell(real: RealCell, search_limit: float, compare: bool, settings: Settings | None = None) -> CellResult:
     """One cell: solve, judge, and if there is no answer, look for one.
 
@@ -110,19 +84,6 @@ def run_cell(real: RealCell, search_limit: float, compare: bool, settings: Setti
         settings: of duocell.
         compare: search even if there is an answer, to see how good it is.
     """
-=======
-def run_cells(cells: Iterable[RealCell], search_limit: float, report: Callable[[CellResult], None]) -> list[CellResult]:
-    """Every cell in turn; ``search_limit`` s for each exhaustive search, ``report`` is told about each cell."""
-    results = []
-    for cell in cells:
-        results.append(run_cell(cell, search_limit))
-        report(results[-1])
-    return results
-
-
-def run_cell(real: RealCell, search_limit: float) -> CellResult:
-    """One cell: solve, judge, and if there is no answer, look for one."""
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
     cell = real.cell
     result = CellResult(
         real.name,
@@ -133,7 +94,6 @@ def run_cell(real: RealCell, search_limit: float) -> CellResult:
         len(cell.surroundings.obstacles),
         [tie.kind for tie in cell.couplings],
     )
-<<<<<<< HEAD
     began, busy = perf_counter(), process_time()
     layout = _solve(cell, settings or Settings(), result)
     result.seconds, result.cpu = perf_counter() - began, process_time() - busy
@@ -142,33 +102,14 @@ def run_cell(real: RealCell, search_limit: float) -> CellResult:
         result.faults = judge(cell, layout).faults
     if compare or not result.answered:
         _search(real, search_limit, result)
-=======
-    began = perf_counter()
-    layout = _solve(cell, result)
-    result.seconds = perf_counter() - began
-    if layout is not None and layout.objective is not None:
-        result.objective = layout.objective
-        result.faults = judge(cell, layout).faults
-    else:
-        began = perf_counter()
-        result.search = _search(real, search_limit)
-        result.search_seconds = perf_counter() - began
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
     result.free = free_faults(cell)
     return result
 
 
-<<<<<<< HEAD
 def _solve(cell: Cell, settings: Settings, result: CellResult) -> Layout | None:
     """The answer; an error is noted and counts as none."""
     try:
         layout = optimize(cell, settings)
-=======
-def _solve(cell: Cell, result: CellResult) -> Layout | None:
-    """The answer; an error is noted and counts as none."""
-    try:
-        layout = optimize(cell)
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
     except Exception as error:
         result.outcome, result.reasons = "ERROR", [f"{type(error).__name__}: {error}"]
         return None
@@ -177,7 +118,6 @@ def _solve(cell: Cell, result: CellResult) -> Layout | None:
     return layout
 
 
-<<<<<<< HEAD
 def _search(real: RealCell, time_limit: float, result: CellResult) -> None:
     """Is there a layout, and how good is it? What the lattices hold, else the known one if it is still clean."""
     began = perf_counter()
@@ -195,16 +135,6 @@ def energy(cell: Cell, layout: Known) -> float:
     """E (8.21) of a layout."""
     pairs = zip(cell.arms, layout.joints, strict=True)
     return sum(float(np.sum(arm.weights * (joints - arm.reference) ** 2)) for arm, joints in pairs)
-=======
-def _search(real: RealCell, time_limit: float) -> str:
-    """Is there a layout? The known one if it is still clean, else what the lattices hold."""
-    if real.known is not None and dense_check(real.cell, real.known.stands, real.known.joints).clean:
-        return KNOWN
-    found = exhaustive(real.cell, time_limit)
-    if found.layout is not None:
-        return FOUND
-    return NONE if found.complete else CUT
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
 
 
 def free_faults(cell: Cell) -> list[str] | None:

@@ -57,21 +57,13 @@ CELLS = """\
 A hundred seeded cells (`bench/cells.py`): two arms of mixed makes, 3 to 8 obstacles, 5 to 20 poses, a beam or plate
 that both hold, floor polygons, pedestals and couplings in some. Eighty are *open*: obstacles were put around a layout
 that works, most of them where a layout would be if it were not for them. Ten are *cluttered*: obstacles were thrown in
-<<<<<<< HEAD
 without looking. Ten are *blocked* for a known reason. Times are of the first call of each cell, compiling included;
 duocell's own limit was {own_limit:.0f} s.
-=======
-without looking. Ten are *blocked* for a known reason. Times are of the first call of each cell, compiling included.
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
 
 Every layout is judged by the dense check (`bench/dense_check.py`): the path in steps of 1 mm and 0.5°, followed by
 Newton's method with Pinocchio, every pair of bodies by Coal, floor by Shapely, none of it shared with duocell. Every
 refusal is held against an exhaustive search (`bench/exhaustive.py`): lattices of 60 mm (100 mm for large arms) for both
-<<<<<<< HEAD
 bases, all eight postures, all pairs, best first, at most {limit:.0f} s.
-=======
-bases, all eight postures, all pairs, at most {limit:.0f} s.
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
 
 {summary}
 
@@ -138,16 +130,10 @@ def comparison(results: Sequence[TaskResult], chart: str) -> str:
     )
 
 
-<<<<<<< HEAD
 def cells(results: Sequence[CellResult], beam: Sequence[BeamResult], own_limit: float, search_limit: float) -> str:
     """Section of the real cells; limits of duocell and of each exhaustive search in s."""
     return CELLS.format(
         own_limit=own_limit,
-=======
-def cells(results: Sequence[CellResult], beam: Sequence[BeamResult], search_limit: float) -> str:
-    """Section of the real cells; ``search_limit`` s were allowed for each exhaustive search."""
-    return CELLS.format(
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
         limit=search_limit,
         summary=cell_tables.summary(results),
         remarks=cell_tables.remarks(results),

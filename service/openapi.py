@@ -42,7 +42,7 @@ PROBLEMS = {
     "422": "The request cannot be carried out; `errors` says why.",
     "429": "Too many requests, or too many layouts are waiting.",
     "500": "An error of the service.",
-    "503": "The service is not ready.",
+    "503": "The service cannot do it at the moment.",
 }
 """What an error status means; the standard's phrases differ from one Python to the next."""
 

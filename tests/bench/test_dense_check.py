@@ -18,10 +18,7 @@ from models.pose import rotation_z, transform
 from models.shapes import Body, Capsule
 from models.surroundings import Clearances, Pedestal
 from models.surroundings import Equipment as Brings
-<<<<<<< HEAD
 from models.task import Task
-=======
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
 from optimizer.clearance import check_clearance
 from tests.support.arms import make_arm
 from tests.support.cells import beam_pair, random_obstacles
@@ -53,13 +50,10 @@ def test_a_thin_rod_between_two_poses_is_found():
     assert nearest.distance < 0.0
     assert (nearest.pose, nearest.second) == (0, "rod")
     assert 0.3 < nearest.fraction < 0.9
-<<<<<<< HEAD
     two_jobs = replace(cell, task=Task(cell.task.poses, starts=(0, 1)))
     apart = dense_check(two_jobs, stands, bare.joints)
     assert apart.clean  # nobody goes from the last pose of a job to the first of the next
     assert apart.samples < verdict.samples
-=======
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -6,7 +6,6 @@ import pytest
 
 from bench import cell_tables, real_cells, report
 from bench.cells import real_cell
-<<<<<<< HEAD
 from bench.exhaustive import Exhausted
 from bench.real_cells import FOUND, KNOWN, NONE, BeamResult, CellResult, run_cell
 
@@ -15,22 +14,11 @@ TOO_LATE = Exhausted(None, False, (9, 9), (0, 0), (0, 0), 0, 0, 1.0)
 
 def result(name="cell 01", kind="open", **values):
     return CellResult(name, kind, "", ["ur5e", "ur5e"], 7, 4, [], cpu=1.0, **values)
-=======
-from bench.real_cells import FOUND, KNOWN, NONE, BeamResult, CellResult, run_cell
-
-
-def result(name="cell 01", kind="open", **values):
-    return CellResult(name, kind, "", ["ur5e", "ur5e"], 7, 4, [], **values)
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
 
 
 def test_a_blocked_cell_is_refused_and_the_search_agrees(monkeypatch):
     monkeypatch.setattr(real_cells, "free_faults", lambda cell: [])
-<<<<<<< HEAD
     found = run_cell(real_cell(53), 30.0, compare=False)
-=======
-    found = run_cell(real_cell(53), 30.0)
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
     assert found.outcome == "infeasible"
     assert not found.answered
     assert found.search == NONE
@@ -41,28 +29,18 @@ def test_a_blocked_cell_is_refused_and_the_search_agrees(monkeypatch):
 def test_an_error_and_a_wrong_refusal_are_told(monkeypatch):
     calls = []
 
-<<<<<<< HEAD
     def fails(cell, settings):
-=======
-    def fails(cell):
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
         calls.append(cell)
         raise ZeroDivisionError("somewhere")
 
     monkeypatch.setattr(real_cells, "optimize", fails)
     monkeypatch.setattr(real_cells, "free_faults", lambda cell: [])
-<<<<<<< HEAD
     found = run_cell(real_cell(91), 30.0, compare=False)
     assert calls == [real_cell(91).cell]
     assert (found.outcome, found.search) == ("ERROR", FOUND)
     assert found.lattice > 0.0
     monkeypatch.setattr(real_cells, "exhaustive", lambda cell, limit: TOO_LATE)
     assert run_cell(real_cell(91), 0.0, compare=False).search == KNOWN
-=======
-    found = run_cell(real_cell(91), 1.0)
-    assert calls == [real_cell(91).cell]
-    assert (found.outcome, found.search) == ("ERROR", KNOWN)
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
     assert found.contradicted
     assert "somewhere" in found.reasons[0]
     assert "CONTRADICTED" in found.row()
@@ -70,19 +48,13 @@ def test_an_error_and_a_wrong_refusal_are_told(monkeypatch):
 
 def test_tables_count_what_matters():
     results = [
-<<<<<<< HEAD
         result(objective=3.0, seconds=1.0, free=["x"], lattice=2.0),
         result(objective=3.0, seconds=2.0, faults=["arm_arm: too near"], free=[], lattice=10.0 / 3.0),
-=======
-        result(objective=3.0, seconds=1.0, free=["x"]),
-        result(objective=3.0, seconds=2.0, faults=["arm_arm: too near"], free=[]),
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
         result(outcome="infeasible", seconds=3.0, search=KNOWN, free=["x"]),
         result("cell 03", "blocked", outcome="infeasible", seconds=0.5, search=NONE),
         result("cell 07", "cluttered", outcome="infeasible", seconds=9.0, search=FOUND),
     ]
     summary = cell_tables.summary(results)
-<<<<<<< HEAD
     assert "| open: a layout is known | 3 | 2 | 1 | 1 | 1 | 2.00 s | 2.80 s | 1.00 s, 1.00 s |" in summary
     assert "| blocked on purpose | 1 | 0 | 0 | 1 | 0 | 0.50 s | 0.50 s | 1.00 s, 1.00 s |" in summary
     assert "| all | 5 | 2 | 1 | 3 | 2 | 2.00 s | 6.60 s | 1.00 s, 1.00 s |" in summary
@@ -90,23 +62,12 @@ def test_tables_count_what_matters():
     assert "In 2 of 3 open cells" in remarks
     assert "2 answers could be compared" in remarks
     assert "1 are more than 1 % worse than it, the median is 1.20 times its E" in remarks
-=======
-    assert "| open: a layout is known | 3 | 2 | 1 | 1 | 1 | 2.00 s | 2.80 s |" in summary
-    assert "| blocked on purpose | 1 | 0 | 0 | 1 | 0 | 0.50 s | 0.50 s |" in summary
-    assert "| all | 5 | 2 | 1 | 3 | 2 | 2.00 s | 6.60 s |" in summary
-    remarks = cell_tables.remarks(results)
-    assert "In 2 of 3 open cells" in remarks
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
     assert "NOT CLEAN: arm_arm: too near" in remarks
     assert remarks.count("refused, but there is a layout") == 2
     beam = cell_tables.beam([BeamResult(True, 2.0, 59.7, []), BeamResult(False, 0.1, 58.9, ["arm_obstacle: hit"])])
     assert "| 30 mm asked for | 2.00 s | 59.7 | clean |" in beam
     assert "| without clearances | 0.10 s | 58.9 | arm_obstacle: hit |" in beam
-<<<<<<< HEAD
     text = report.cells(results, [], 60.0, 60.0)
-=======
-    text = report.cells(results, [], 60.0)
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
     assert summary in text
 
 

@@ -34,12 +34,8 @@ def example(stem: str) -> Path:
 
 
 def test_the_examples_of_the_readme_are_there() -> None:
-<<<<<<< HEAD
     named = {"line.json", "arc.json", "beam_ur10e.json", "family.json", "beam_cell.json"}
     assert {path.name for path in EXAMPLES} >= named
-=======
-    assert {path.name for path in EXAMPLES} >= {"line.json", "arc.json", "beam_ur10e.json", "beam_cell.json"}
->>>>>>> 239fbde (Real cells are benchmarked: dense check of every answer, exhaustive search for every refusal; examples with a beam and a mirrored pair)
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)

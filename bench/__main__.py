@@ -35,9 +35,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
     parser.add_argument("parts", nargs="*", choices=[*PARTS, []], help="default: all of them")
     parser.add_argument("--quick", action="store_true", help="few tasks, cells and runs: minutes, not an hour")
-    parser.add_argument(
-        "--scale", type=float, default=1.0, metavar="F", help="multiply all time limits by F"
-    )
+    parser.add_argument("--scale", type=float, default=1.0, metavar="F", help="multiply all time limits by F")
     parser.add_argument("--docs", action="store_true", help=f"write what was measured into {PAGE} too")
     options = parser.parse_args()
     warnings.simplefilter("ignore")  # peers warn about bounds and precision while they search

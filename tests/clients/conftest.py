@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pytest
 
 from tests.clients.fuzz import CHEAP
-from tests.support.server import Server, guarded_server
+from tests.support.guarded import Server, guarded_server
 
 PATIENT = CHEAP | {"DUOCELL_TIME_LIMIT": "20"}
 """On a busy machine, too, a small layout is found."""

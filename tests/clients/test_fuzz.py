@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.clients import fuzz
-from tests.support.server import guarded_server
+from tests.support.guarded import guarded_server
 
 
 @pytest.mark.timeout(300)  # twenty seconds on two free cores

@@ -14,8 +14,8 @@ from typing import Any
 import pytest
 
 from tests.clients.fuzz import DOCUMENT, ROOT
+from tests.support.guarded import Server
 from tests.support.markdown import Block, blocks_of
-from tests.support.server import Server
 
 PACKAGE = "duocell_client"
 README = blocks_of(ROOT / "README.md")

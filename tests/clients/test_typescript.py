@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.clients.fuzz import DOCUMENT
-from tests.support.server import Server
+from tests.support.guarded import Server
 
 PROJECT = Path(__file__).parents[1] / "typescript"
 

@@ -9,7 +9,7 @@ import httpx2
 import pytest
 
 from service.cli_serve import MAX_HEAD
-from tests.support.server import Server, guarded_server
+from tests.support.guarded import Server, guarded_server
 
 MAX_BODY = 100_000
 

@@ -5,6 +5,8 @@ Whoever sees something happen calls a function here; gauges are read when they a
 
 from __future__ import annotations
 
+import json
+import signal
 from collections.abc import Callable
 
 from prometheus_client import (
@@ -22,7 +24,7 @@ from prometheus_client.exposition import CONTENT_TYPE_LATEST as MEDIA_TYPE
 
 from service.version import package_version
 
-__all__ = ["MEDIA_TYPE", "REGISTRY", "exposition", "job_finished", "local_solve", "request", "watch", "worker_died"]
+__all__ = ["MEDIA_TYPE", "REGISTRY", "exposition", "job_finished", "reported", "request", "watch", "worker_died"]
 
 REGISTRY = CollectorRegistry()
 for _collector in (ProcessCollector, PlatformCollector, GCCollector):
@@ -48,7 +50,7 @@ _SOLVES = Histogram(
 )
 _STARTS = Counter("duocell_solver_starts", "Local optimisations run.", registry=REGISTRY)
 _ITERATIONS = Counter("duocell_solver_iterations", "Iterations of IPOPT.", registry=REGISTRY)
-_DEATHS = Counter("duocell_worker_deaths", "Workers that ended in the middle of a solve.", ["cause"], registry=REGISTRY)
+_DEATHS = Counter("duocell_worker_deaths", "Workers that ended; each was replaced.", ["cause"], registry=REGISTRY)
 _GAUGES = {
     "queued": Gauge("duocell_jobs_queued", "Jobs that wait for a worker.", registry=REGISTRY),
     "running": Gauge("duocell_jobs_running", "Jobs being solved.", registry=REGISTRY),
@@ -78,14 +80,16 @@ def job_finished(outcome: str, seconds: float) -> None:
     _SOLVES.labels(outcome).observe(seconds)
 
 
-def local_solve(iterations: int) -> None:
-    """A local optimisation ended after so many iterations of IPOPT."""
-    _STARTS.inc()
-    _ITERATIONS.inc(iterations)
+def reported(kind: str, data: str) -> None:
+    """A solve told of something: the kind of an event and its data as JSON; ends of local solves are counted."""
+    if kind == "start":
+        _STARTS.inc()
+        _ITERATIONS.inc(json.loads(data)["iterations"])
 
 
-def worker_died(cause: str) -> None:
-    """A worker process ended in the middle of a solve; ``cause`` is a word such as SIGKILL, time-limit, exit-1."""
+def worker_died(exit_code: int) -> None:
+    """A worker process ended, by itself or by a signal (a negative exit code)."""
+    cause = f"exit {exit_code}" if exit_code >= 0 else signal.Signals(-exit_code).name
     _DEATHS.labels(cause).inc()
 
 

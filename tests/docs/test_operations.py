@@ -45,7 +45,7 @@ def test_every_setting_is_documented_with_its_default() -> None:
 def test_every_metric_is_documented_with_its_labels() -> None:
     TestClient(create_app()).get("/openapi.json")  # so that there are samples
     metrics.job_finished("optimal", 0.1)
-    metrics.worker_died("SIGKILL")
+    metrics.worker_died(-9)
     documented = dict(re.findall(r"^\| `(duocell_\w+)` \|([^|]*)\|", PAGE.read_text(), re.M))
     registered = {}
     for family in metrics.REGISTRY.collect():

@@ -76,9 +76,11 @@ def test_solves_are_counted_by_outcome(client: TestClient) -> None:
     metrics.job_finished("optimal", 0.2)
     metrics.job_finished("infeasible", 3.0)
     metrics.job_finished("time-limit", 70.0)
-    metrics.local_solve(40)
-    metrics.local_solve(2)
-    metrics.worker_died("SIGKILL")
+    metrics.reported("start", '{"arm": "main", "start": 1, "iterations": 40}')
+    metrics.reported("start", '{"arm": "main", "start": 2, "iterations": 2}')
+    metrics.reported("iteration", '{"iterations": 7}')
+    metrics.worker_died(-9)
+    metrics.worker_died(3)
     after = scraped(client)
 
     def change(name: str, **labels: str) -> float:
@@ -90,6 +92,7 @@ def test_solves_are_counted_by_outcome(client: TestClient) -> None:
     assert change("duocell_solver_starts_total") == 2
     assert change("duocell_solver_iterations_total") == 42
     assert change("duocell_worker_deaths_total", cause="SIGKILL") == 1
+    assert change("duocell_worker_deaths_total", cause="exit 3") == 1
 
 
 def test_gauges_are_read_when_they_are_asked_for(client: TestClient) -> None:

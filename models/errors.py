@@ -5,7 +5,8 @@ DuocellError
 │   ├── InvalidRotation     not a rotation within the accepted tolerance
 │   ├── InvalidTask         poses, line or arc that define no path
 │   ├── InvalidRobot        D-H table, URDF or limits that define no arm
-│   └── UnknownRobot        a name the catalogue does not hold
+│   ├── UnknownRobot        a name the catalogue does not hold
+│   └── UnknownMesh         an identifier nothing was uploaded under
 └── SolverFailure           an engine broke down; never the user's fault
 
 Every class has a stable ``code``; the service maps codes to HTTP problems.
@@ -65,6 +66,12 @@ class UnknownRobot(InvalidInput):
     """A robot name the catalogue does not hold; the detail lists near names."""
 
     code = "unknown-robot"
+
+
+class UnknownMesh(InvalidInput):
+    """An identifier of a mesh that nobody uploaded."""
+
+    code = "unknown-mesh"
 
 
 class SolverFailure(DuocellError):

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
-from models.robot import Robot
 from service.amounts import check_amounts
 from service.convert import cell_of, joints_of
-from service.convert_shapes import NO_MESHES, MeshSource
+from service.library import Library
 from service.limits import check_sizes
 from service.schemas.evaluate import EvaluateRequest
 from service.schemas.request import LayoutRequest
 from service.settings import Limits
 from service.strict_json import parse
 from service.validation import validate
+
+Asked = TypeVar("Asked", bound=LayoutRequest)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,16 +39,13 @@ class Accepted:
     runs: int
 
 
-def accept(
-    body: bytes, limits: Limits, robots: Mapping[str, Robot] | None = None, meshes: MeshSource = NO_MESHES
-) -> Accepted:
+def accept(body: bytes, limits: Limits, library: Library | None = None) -> Accepted:
     """The request in ``body``.
 
     Args:
         body: a JSON document.
         limits: how large it may be.
-        robots: further robots by name.
-        meshes: where the meshes are that shapes name.
+        library: what users brought.
 
     Raises:
         NotJson: it is no JSON document.
@@ -58,7 +55,9 @@ def accept(
     check_amounts(document, limits)
     request = validate(LayoutRequest, document)
     check_sizes(request, limits)
-    cell_of(request, robots, meshes)
+    if library is not None:
+        request = _pinned(request, library)
+    cell_of(request, library)
     return Accepted(
         text=request.model_dump_json(),
         request_hash=hash_of(request.model_dump(mode="json")),
@@ -68,15 +67,15 @@ def accept(
     )
 
 
-def accept_evaluation(
-    body: bytes, limits: Limits, robots: Mapping[str, Robot] | None = None, meshes: MeshSource = NO_MESHES
-) -> Accepted:
+def accept_evaluation(body: bytes, limits: Limits, library: Library | None = None) -> Accepted:
     """The request to evaluate a layout in ``body``; arguments and errors as for `accept`."""
     document = parse(body)
     check_amounts(document, limits)
     request = validate(EvaluateRequest, document)
     check_sizes(request, limits)
-    joints_of(request, cell_of(request, robots, meshes))
+    if library is not None:
+        request = _pinned(request, library)
+    joints_of(request, cell_of(request, library))
     return Accepted(
         text=request.model_dump_json(),
         request_hash=hash_of(request.model_dump(mode="json")),
@@ -84,6 +83,17 @@ def accept_evaluation(
         certificate_time=0.0,
         runs=1,
     )
+
+
+def _pinned(request: Asked, library: Library) -> Asked:
+    """The request with the versions of users' robots filled in: it will mean the same when it is carried out."""
+    arms = [
+        arm.model_copy(update={"robot_version": arm.robot_version or library.version(arm.robot)})
+        if isinstance(arm.robot, str)
+        else arm
+        for arm in request.arms
+    ]
+    return request.model_copy(update={"arms": arms})
 
 
 def hash_of(document: Any) -> str:

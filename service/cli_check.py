@@ -11,7 +11,7 @@ from typing import Any
 from models.errors import DuocellError
 from service.accept import accept_evaluation
 from service.cli import Exit
-from service.cli_input import complain, read, robots_from
+from service.cli_input import complain, library_from, read
 from service.cli_solve import check_writable, show
 from service.issues import InvalidRequest, Issue
 from service.settings import Settings
@@ -25,12 +25,13 @@ def check(source: str, output: str | None, urdfs: Sequence[str]) -> int:
     """Evaluate the layout in a file, print how good it is, write the answer if asked to."""
     try:
         check_writable(output)
-        robots = robots_from(urdfs)
+        settings = Settings()
+        library = library_from(settings.data_dir, urdfs)
         body = read(source)
         document = parse(body)
         if isinstance(document, dict) and isinstance(document.get("result"), dict):
             body = json.dumps(request_of(document)).encode()
-        accepted = accept_evaluation(body, Settings(), robots)
+        accepted = accept_evaluation(body, settings, library)
     except InvalidRequest as error:
         return complain(error.issues)
     except NotJson as error:
@@ -39,7 +40,7 @@ def check(source: str, output: str | None, urdfs: Sequence[str]) -> int:
 
     created = datetime.now(UTC)
     try:
-        result = evaluate_request(accepted.text, accepted.request_hash, robots)
+        result = evaluate_request(accepted.text, accepted.request_hash, library)
     except DuocellError as error:
         sys.stderr.write(f"failed: {error.detail}\n")
         return Exit.FAILED

@@ -11,7 +11,7 @@ from service.cli import Exit
 from service.issues import MOST_SHOWN, InvalidRequest, Issue
 
 if TYPE_CHECKING:
-    from models.robot import Robot
+    from service.library import Library
 
 
 def read(source: str) -> bytes:
@@ -28,14 +28,16 @@ def read(source: str) -> bytes:
         raise InvalidRequest([Issue("", f"{source} cannot be read: {error.strerror}. Check the path.")]) from error
 
 
-def robots_from(options: Sequence[str]) -> dict[str, Robot]:
-    """Robots of options NAME=FILE[:BASE[:TIP]].
+def library_from(data_dir: Path, options: Sequence[str]) -> Library:
+    """What users brought to the service, and robots of options NAME=FILE[:BASE[:TIP]].
 
     Raises:
         InvalidRequest: an option or its file cannot be used.
     """
     from models.errors import InvalidInput
     from models.urdf import robot_from_urdf
+    from service.library import Library
+    from service.user_robot import UserRobot
 
     robots = {}
     for option in options:
@@ -44,10 +46,10 @@ def robots_from(options: Sequence[str]) -> dict[str, Robot]:
             raise InvalidRequest([Issue("", f"--robot-urdf {option!r}: NAME=FILE[:BASE[:TIP]] is needed.")])
         path, base, tip = (*rest.split(":"), "", "")[:3]
         try:
-            robots[name] = robot_from_urdf(path, base or None, tip or None)
+            robots[name] = UserRobot(robot_from_urdf(path, base or None, tip or None), None, "given")
         except InvalidInput as error:
             raise InvalidRequest([Issue("", f"--robot-urdf {option}: {error.detail}", error.code)]) from error
-    return robots
+    return Library(data_dir, given=robots, deleted=True)
 
 
 def complain(issues: Iterable[Issue]) -> int:

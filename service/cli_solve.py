@@ -6,7 +6,7 @@ import json
 import os
 import sys
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from contextlib import nullcontext
 from datetime import UTC, datetime
@@ -14,12 +14,12 @@ from pathlib import Path
 from typing import Any
 
 from models.errors import DuocellError
-from models.robot import Robot
 from service.accept import Accepted, accept
 from service.cli import Exit
-from service.cli_input import complain, read, robots_from
+from service.cli_input import complain, library_from, read
 from service.executor import limit_threads
 from service.issues import InvalidRequest, Issue
+from service.library import Library
 from service.resources import timestamp
 from service.settings import Settings
 from service.strict_json import NotJson, parse
@@ -34,8 +34,8 @@ def solve(source: str, output: str | None, urdfs: Sequence[str], time_limit: flo
     try:
         settings = Settings() if time_limit is None else Settings(time_limit=time_limit)
         check_writable(output)
-        robots = robots_from(urdfs)
-        accepted = accept(read(source), settings, robots)
+        library = library_from(settings.data_dir, urdfs)
+        accepted = accept(read(source), settings, library)
     except InvalidRequest as error:
         return complain(error.issues)
     except NotJson as error:
@@ -44,7 +44,7 @@ def solve(source: str, output: str | None, urdfs: Sequence[str], time_limit: flo
         return complain([Issue("", f"settings: {error}")])
     created = datetime.now(UTC)
     try:
-        result = _run(accepted, settings.time_limit + accepted.certificate_time, robots)
+        result = _run(accepted, settings.time_limit + accepted.certificate_time, library)
     except DuocellError as error:
         sys.stderr.write(f"failed: {error.detail}\n")
         return Exit.FAILED
@@ -88,7 +88,7 @@ def figure(source: str, output: Path, urdfs: Sequence[str]) -> int:
             raise InvalidRequest(
                 [Issue("/result", f"{source} holds no finished layout. Write one with `duocell solve -o`.")]
             )
-        write_figure(resource, output, robots_from(urdfs))
+        write_figure(resource, output, library_from(Settings().data_dir, urdfs))
     except InvalidRequest as error:
         return complain(error.issues)
     except NotJson as error:
@@ -106,7 +106,7 @@ def check_writable(output: str | None) -> None:
         raise InvalidRequest([Issue("", f"{output} cannot be written: there is no such folder. Create it first.")])
 
 
-def _run(accepted: Accepted, time_limit: float, robots: Mapping[str, Robot]) -> dict[str, Any]:
+def _run(accepted: Accepted, time_limit: float, library: Library) -> dict[str, Any]:
     """Solve in a thread: an engine deep in its own code keeps no signal handler from running here."""
     limit_threads()
     answer: Future[dict[str, Any]] = Future()
@@ -116,7 +116,7 @@ def _run(accepted: Accepted, time_limit: float, robots: Mapping[str, Robot]) -> 
             try:
                 from service.solving import solve_request
 
-                result = solve_request(accepted.text, accepted.request_hash, time_limit, robots, progress)
+                result = solve_request(accepted.text, accepted.request_hash, time_limit, library, progress)
             except BaseException as error:  # it is raised again by the thread that waits
                 answer.set_exception(error)
             else:

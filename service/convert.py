@@ -2,32 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from math import pi
 
 import numpy as np
 
 from models.arrays import Floats
 from models.cell import Cell
-from models.robot import Robot
 from optimizer.settings import CertificateSettings, Settings, ToleranceSettings
 from service.convert_arm import arm_of
 from service.convert_coupling import couplings_of
-from service.convert_shapes import NO_MESHES, MeshSource
 from service.convert_surroundings import surroundings_of
 from service.convert_task import task_of, with_grasps
 from service.issues import Issues
+from service.library import Library
 from service.schemas.evaluate import EvaluateRequest
 from service.schemas.request import LayoutRequest
 
 
-def cell_of(request: LayoutRequest, robots: Mapping[str, Robot] | None = None, meshes: MeshSource = NO_MESHES) -> Cell:
+def cell_of(request: LayoutRequest, library: Library | None = None) -> Cell:
     """The cell that a request describes.
 
     Args:
         request: a valid request.
-        robots: further robots by name, looked up before the catalogue.
-        meshes: where the meshes are that shapes name.
+        library: what users brought; its robots are looked up before the catalogue.
 
     Raises:
         InvalidRequest: with everything that is wrong with it.
@@ -36,9 +33,10 @@ def cell_of(request: LayoutRequest, robots: Mapping[str, Robot] | None = None, m
     _check_baselines(request, issues)
     _check_names(request, issues)
     task = task_of(request, issues)
-    made = [arm_of(arm, f"/arms/{index}", robots or {}, issues) for index, arm in enumerate(request.arms)]
+    robots = {} if library is None else library.robots()
+    made = [arm_of(arm, f"/arms/{index}", robots, issues) for index, arm in enumerate(request.arms)]
     arms = with_grasps(request, made, issues)
-    surroundings = surroundings_of(request, meshes, issues)
+    surroundings = surroundings_of(request, library, issues)
     couplings = couplings_of(request.coupling, [arm.name for arm in request.arms], issues)
     _check_tolerance(request, issues)
     issues.raise_any()

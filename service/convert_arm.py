@@ -12,6 +12,7 @@ from models.arm import BaseRegion, Interval, equal_weights, range_weights
 from models.arrays import Bools, Floats
 from models.closed_form import closed_form
 from models.dh import DhRow, robot_from_dh
+from models.errors import UnknownRobot
 from models.pose import rotation_from_rpy
 from models.posture import ELBOW, SHOULDER, WRIST
 from models.posture import Posture as ModelPosture
@@ -32,7 +33,7 @@ def arm_of(arm: Arm, pointer: str, robots: Mapping[str, Robot], issues: Issues) 
     Args:
         arm: as requested.
         pointer: its place in the request.
-        robots: further robots by name, looked up before the catalogue.
+        robots: robots of users by `Arm.robot_key`, looked up before the catalogue.
         issues: where to note what is wrong.
     """
     before = len(issues.found)
@@ -67,12 +68,29 @@ def _robot(arm: Arm, pointer: str, robots: Mapping[str, Robot], issues: Issues) 
     """By name or from the table."""
     with issues.at(f"{pointer}/robot"):
         if not isinstance(arm.robot, DhTable):
-            return robots[arm.robot] if arm.robot in robots else catalogue.robot(arm.robot)
+            return _named(arm, arm.robot, f"{pointer}/robot_version", robots, issues)
         rows = [
             DhRow(alpha=r.alpha, a=r.a, d=r.d, lower=r.lower, upper=r.upper, theta_offset=r.theta_offset)
             for r in arm.robot.dh
         ]
         return robot_from_dh("dh", rows)
+    return None
+
+
+def _named(arm: Arm, name: str, pointer: str, robots: Mapping[str, Robot], issues: Issues) -> Robot | None:
+    """A robot of a user, or of the catalogue, which knows no versions; None if an issue had to be noted."""
+    found = robots.get(arm.robot_key or name)
+    if found is not None:
+        return found
+    if arm.robot_version is None:
+        return catalogue.robot(name)
+    there = "another version of it" if name in robots else "no robot of that name"
+    issues.add(
+        pointer,
+        f"Version {arm.robot_version!r} of {name!r} is not there (any more); uploaded at present is {there}. "
+        "Leave the version out to take the present one.",
+        UnknownRobot.code,
+    )
     return None
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from models.floor import Floor as ModelFloor
@@ -9,8 +11,9 @@ from models.shapes import Body
 from models.surroundings import Clearances, Equipment, Surroundings
 from models.surroundings import Part as ModelPart
 from models.surroundings import Pedestal as ModelPedestal
-from service.convert_shapes import MeshSource, footprint_of, obstacles_of, solids_of
+from service.convert_shapes import NO_MESHES, MeshSource, footprint_of, obstacles_of, solids_of
 from service.issues import Issues
+from service.library import Library
 from service.schemas.arm import Arm
 from service.schemas.request import LayoutRequest
 from service.schemas.surroundings import Clearance, Floor, Part, Pedestal
@@ -18,8 +21,9 @@ from service.schemas.surroundings import Clearance, Floor, Part, Pedestal
 CONTACT_FORBIDDEN = Clearances(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-def surroundings_of(request: LayoutRequest, meshes: MeshSource, issues: Issues) -> Surroundings | None:
-    """Everything around the arms, or None if issues had to be noted."""
+def surroundings_of(request: LayoutRequest, library: Library | None, issues: Issues) -> Surroundings | None:
+    """Everything around the arms, and the shape of arms that users brought; None if issues had to be noted."""
+    meshes: MeshSource = NO_MESHES if library is None else library
     before = len(issues.found)
     obstacles = obstacles_of(request.obstacles, meshes, issues)
     part = None if request.part is None else _part(request.part, meshes, issues)
@@ -27,6 +31,10 @@ def surroundings_of(request: LayoutRequest, meshes: MeshSource, issues: Issues) 
     equipment = {arm.name: _equipment(arm, f"/arms/{index}", meshes, issues) for index, arm in enumerate(request.arms)}
     if len(issues.found) > before:
         return None
+    if library is not None:
+        for arm in request.arms:
+            links = None if arm.robot_key is None else library.links(arm.robot_key)
+            equipment[arm.name] = replace(equipment[arm.name], links=links)
     return Surroundings(obstacles, part, floor, clearances_of(request), equipment)
 
 

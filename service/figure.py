@@ -29,6 +29,7 @@ from models.robot import Robot
 from models.task import Task
 from service.convert import cell_of
 from service.figure_surroundings import draw_bodies, draw_floor, draw_obstacles
+from service.library import Library
 from service.schemas.evaluate import EvaluateRequest
 from service.schemas.request import LayoutRequest
 from service.validation import validate
@@ -48,13 +49,13 @@ STYLE: Any = {  # keys of matplotlib's own list
 }
 
 
-def write_figure(resource: Mapping[str, Any], path: Path, robots: Mapping[str, Robot] | None = None) -> None:
+def write_figure(resource: Mapping[str, Any], path: Path, library: Library | None = None) -> None:
     """Draw a solved layout into a file; its suffix (.svg, .pdf, .png) chooses the format.
 
     Args:
         resource: a layout as `GET /v1/layouts/{id}` answers it: ``request`` and ``result`` are used.
         path: file to write.
-        robots: robots of the request that the catalogue does not hold, by name.
+        library: where robots come from that the catalogue does not hold.
 
     Raises:
         InvalidRequest: the request inside cannot be used.
@@ -63,7 +64,7 @@ def write_figure(resource: Mapping[str, Any], path: Path, robots: Mapping[str, R
 
     Not safe to call from several threads at once: matplotlib's settings are global.
     """
-    cell = cell_of(_request(resource["request"]), robots)
+    cell = cell_of(_request(resource["request"]), library)
     with rc_context(STYLE):
         figure = draw_layout(cell, resource["result"])
         # The same layout gives the same file, on any day.

@@ -40,6 +40,7 @@ KINDS: dict[str, Kind] = {
     "invalid-task": Kind(422, "The task defines no path", _CHECK),
     "invalid-robot": Kind(422, "The robot cannot be used", _CHECK),
     "unknown-robot": Kind(422, "No such robot", "`GET /v1/robots` lists all of them."),
+    "unknown-mesh": Kind(422, "No such mesh", "`GET /v1/meshes` lists all of them; upload it with `POST /v1/meshes`."),
     "too-large": Kind(422, "The request asks for too much", _CHECK + " The limits are settings of the service."),
     "evaluations-full": Kind(
         429, "Too many evaluations at the same time", "Try again after the seconds of the header Retry-After."

@@ -2,35 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
-from models.robot import Robot
 from optimizer.evaluate import evaluate_layout
 from optimizer.optimize import optimize
 from service.convert import cell_of, joints_of, settings_of
-from service.convert_shapes import NO_MESHES, MeshSource
 from service.documents import result_document
+from service.library import Library
 from service.schemas.evaluate import EvaluateRequest
 from service.schemas.request import LayoutRequest
 
 
-def evaluate_request(
-    text: str, request_hash: str, robots: Mapping[str, Robot] | None = None, meshes: MeshSource = NO_MESHES
-) -> dict[str, Any]:
+def evaluate_request(text: str, request_hash: str, library: Library | None = None) -> dict[str, Any]:
     """The ``result`` of an evaluation.
 
     Args:
         text: an accepted request.
         request_hash: of that request.
-        robots: further robots by name.
-        meshes: where the meshes are that shapes name.
+        library: what users brought.
 
     Raises:
         DuocellError: an engine broke down.
     """
     request = EvaluateRequest.model_validate_json(text)
-    cell = cell_of(request, robots, meshes)
+    cell = cell_of(request, library)
     return result_document(evaluate_layout(cell, joints_of(request, cell)), request_hash)
 
 
@@ -38,9 +34,8 @@ def solve_request(
     text: str,
     request_hash: str,
     time_limit: float,
-    robots: Mapping[str, Robot] | None = None,
+    library: Library | None = None,
     progress: Callable[[str, float], None] | None = None,
-    meshes: MeshSource = NO_MESHES,
 ) -> dict[str, Any]:
     """The ``result`` of a layout resource.
 
@@ -48,13 +43,12 @@ def solve_request(
         text: an accepted request.
         request_hash: of that request.
         time_limit: s, soft limit of the whole solve.
-        robots: further robots by name.
+        library: what users brought; it has to know what was deleted since the request was accepted.
         progress: told the name of the stage and the share that is done, in [0, 1].
-        meshes: where the meshes are that shapes name.
 
     Raises:
         DuocellError: an engine broke down.
     """
     request = LayoutRequest.model_validate_json(text)
-    layout = optimize(cell_of(request, robots, meshes), settings_of(request, time_limit), progress)
+    layout = optimize(cell_of(request, library), settings_of(request, time_limit), progress)
     return result_document(layout, request_hash)

@@ -108,6 +108,14 @@ class Arm(Strict):
     robot: Robot = Field(
         description="Name of a robot of `GET /v1/robots`, or a Denavit-Hartenberg table.", examples=["puma560"]
     )
+    robot_version: str | None = Field(
+        default=None,
+        min_length=1,
+        max_length=64,
+        description="Version of an uploaded robot, as `GET /v1/robots/{name}` shows it; null: the present one. It is "
+        "filled in when the request is accepted.",
+        examples=[None],
+    )
     tool: Pose = Field(
         default=IDENTITY,
         description="Tool centre point (TCP) in the flange frame.",
@@ -170,3 +178,10 @@ class Arm(Strict):
         "singularity is useless however large its margins.",
         examples=[0.05],
     )
+
+    @property
+    def robot_key(self) -> str | None:
+        """What the robot is looked up by among those of users: its name, with the version if one is named."""
+        if not isinstance(self.robot, str):
+            return None
+        return self.robot if self.robot_version is None else f"{self.robot}@{self.robot_version}"

@@ -4,6 +4,7 @@ import copy
 import json
 from collections.abc import Callable
 from math import pi
+from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
@@ -16,8 +17,10 @@ from optimizer.penalty import METHODS
 from service.accept import accept
 from service.convert import cell_of, settings_of
 from service.issues import InvalidRequest
+from service.library import Library
 from service.schemas.request import Baseline, LayoutRequest
 from service.settings import Limits
+from service.user_robot import UserRobot
 from service.validation import validate
 
 Document = dict[str, Any]
@@ -164,9 +167,11 @@ def test_a_joint_step_of_pi_as_people_write_it_is_pi(example: Document) -> None:
     assert cell(example).max_joint_step == pi
 
 
-def test_robots_of_the_command_line_come_first(example: Document) -> None:
+def test_robots_of_the_command_line_come_first(example: Document, tmp_path: Path) -> None:
     own = robot("ur5e")
-    made = cell_of(validate(LayoutRequest, example | {}), {"puma560": own})
+    made = cell_of(
+        validate(LayoutRequest, example | {}), Library(tmp_path, given={"puma560": UserRobot(own, None, "v1")})
+    )
     assert made.arms[0].robot is own
 
 

@@ -1,0 +1,119 @@
+"""Robots that users brought: kinematics, bodies of the links, and how both are kept as a JSON document."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from models.arrays import Floats
+from models.links import LinkBody
+from models.robot import Robot
+from models.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
+
+FORMAT = 1
+"""Of the documents; raised when their meaning changes."""
+
+_ARRAYS = ("joint_placements", "joint_axes", "flange_placement", "reference")
+_LIMITS = ("lower", "upper")
+_TEXTS = ("name", "reference_source", "base_frame", "flange_frame", "maker", "title", "source", "licence")
+_LISTS = ("joint_names", "notes")
+
+
+@dataclass(frozen=True, eq=False)
+class UserRobot:
+    """A robot from a URDF file.
+
+    Attributes:
+        robot: its kinematics; ``robot.name`` is the name it goes by.
+        links: bodies from its collision geometry, or None if the file has none (they are then estimated).
+        version: digest of what it was made from: equal for equal files, on every machine.
+    """
+
+    robot: Robot
+    links: tuple[LinkBody, ...] | None
+    version: str
+
+
+def as_document(user_robot: UserRobot) -> dict[str, Any]:
+    """A robot as plain JSON; numbers keep every digit."""
+    robot = user_robot.robot
+    kinematics: dict[str, Any] = {name: getattr(robot, name).tolist() for name in _ARRAYS}
+    kinematics |= {name: [float(v) if np.isfinite(v) else None for v in getattr(robot, name)] for name in _LIMITS}
+    kinematics |= {name: getattr(robot, name) for name in _TEXTS}
+    kinematics |= {name: list(getattr(robot, name)) for name in _LISTS}
+    links = None if user_robot.links is None else [_link_document(link) for link in user_robot.links]
+    return {"format": FORMAT, "version": user_robot.version, "robot": kinematics, "links": links}
+
+
+def from_document(document: dict[str, Any]) -> UserRobot:
+    """A robot from its document.
+
+    Raises:
+        ValueError, KeyError, TypeError, InvalidInput: it is no such document.
+    """
+    if document["format"] != FORMAT:
+        raise ValueError(f"format {document['format']!r} is not known")
+    kinematics = document["robot"]
+    open_ends = {"lower": -inf, "upper": inf}
+    values: dict[str, Any] = {name: np.array(kinematics[name], dtype=np.float64) for name in _ARRAYS}
+    values |= {name: np.array([open_ends[name] if v is None else v for v in kinematics[name]]) for name in _LIMITS}
+    values |= {name: str(kinematics[name]) for name in _TEXTS}
+    values |= {name: tuple(kinematics[name]) for name in _LISTS}
+    robot = Robot(**values)
+    links = document["links"]
+    return UserRobot(robot, None if links is None else tuple(map(_link_from, links)), str(document["version"]))
+
+
+def _link_document(link: LinkBody) -> dict[str, Any]:
+    return {
+        "link": link.link,
+        "name": link.body.name,
+        "pose": link.body.pose.tolist(),
+        "shape": shape_document(link.body.shape),
+        "provenance": link.provenance,
+        "source": link.source,
+    }
+
+
+def _link_from(document: dict[str, Any]) -> LinkBody:
+    body = Body(document["name"], np.array(document["pose"]), shape_from(document["shape"]))
+    return LinkBody(int(document["link"]), body, document["provenance"], document["source"])
+
+
+# --- shapes -----------------------------------------------------------------------------------------------------------
+
+_KINDS: dict[str, type[Shape]] = {
+    "box": Box,
+    "sphere": Sphere,
+    "cylinder": Cylinder,
+    "capsule": Capsule,
+    "half_space": HalfSpace,
+    "hull": ConvexHull,
+}
+
+
+def shape_document(shape: Shape) -> dict[str, Any]:
+    """A shape as plain JSON."""
+    kind = next(name for name, class_ in _KINDS.items() if type(shape) is class_)
+    given = [field.name for field in fields(shape) if field.init]
+    values = {name: getattr(shape, name) for name in given}
+    return {"type": kind} | {n: v.tolist() if isinstance(v, np.ndarray) else float(v) for n, v in values.items()}
+
+
+def shape_from(document: dict[str, Any]) -> Shape:
+    """A shape from its document.
+
+    Raises:
+        KeyError, TypeError, InvalidInput: it is none.
+    """
+    values: dict[str, Floats | float] = {
+        name: np.array(value) if isinstance(value, list) else float(value)
+        for name, value in document.items()
+        if name != "type"
+    }
+    make: Any = _KINDS[document["type"]]
+    shape: Shape = make(**values)
+    return shape

@@ -25,6 +25,9 @@ FORMATS = ("stl", "obj")
 MOST_TRIANGLES = 200_000
 """More than that is a visual model; a collision model has a hundredth."""
 
+FARTHEST = 1e9
+"""In the units of a file, whatever they are."""
+
 CONVEX = 1e-3
 """Share of its hull's volume that a piece may lack and still count as convex."""
 
@@ -55,27 +58,61 @@ class Mesh:
 
 
 def read_mesh(data: bytes, kind: str, scale: float = 1.0) -> Mesh:
-    """The mesh of a file; equal vertices are merged. Nothing but ``data`` is read, whatever a file refers to.
+    """The mesh of a file in metres.
+
+    Args:
+        data: see `read_triangles`. kind: likewise.
+        scale: factor to metres, 0.001 for a file in millimetres.
+
+    Raises:
+        InvalidInput: see `read_triangles`, or coordinates that make no sense.
+    """
+    if not np.isfinite(scale) or scale <= 0.0:
+        raise InvalidInput(f"scale is {scale:g}; it must be positive.", "/scale")
+    return in_metres(read_triangles(data, kind), np.full(3, scale))
+
+
+def in_metres(mesh: Mesh, scale: Floats) -> Mesh:
+    """A mesh stretched along its axes.
+
+    Args:
+        mesh: in the units of its file.
+        scale: (3,) factors to metres, not 0; an odd number of negative ones mirrors the solid.
+
+    Raises:
+        InvalidInput: a vertex farther away than any workcell is large.
+    """
+    vertices = mesh.vertices * scale
+    if np.abs(vertices).max() > LARGEST:
+        raise InvalidInput(f"a vertex is beyond {LARGEST:g} m; is the scale right (0.001 for millimetres)?", "/scale")
+    return Mesh(vertices, mesh.faces if np.prod(scale) > 0.0 else mesh.faces[:, ::-1])
+
+
+def read_triangles(data: bytes, kind: str) -> Mesh:
+    """The mesh of a file in its own units; equal vertices are merged.
+
+    Nothing but ``data`` is read, whatever a file refers to.
 
     Args:
         data: contents of the file.
         kind: "stl" or "obj", in any case.
-        scale: factor to metres, 0.001 for a file in millimetres.
 
     Raises:
         InvalidInput: another format, unreadable, too many triangles, or coordinates that make no sense.
     """
     suffix = kind.lower().lstrip(".")
     if suffix not in FORMATS:
-        raise InvalidInput(f"meshes are read from {' and '.join(FORMATS)} files; got {kind[:20]!r}.", "/mesh")
-    if not np.isfinite(scale) or scale <= 0.0:
-        raise InvalidInput(f"scale is {scale:g}; it must be positive.", "/scale")
+        raise InvalidInput(
+            f"meshes are read from {' and '.join(FORMATS)} files; got {kind[:20]!r}. Convert it, for example with "
+            "Blender, MeshLab or `trimesh.load(file).export(...)`.",
+            "/mesh",
+        )
     import trimesh  # a tenth of a second that only cells with meshes need
 
     options: dict[str, Any] = {"skip_materials": True} if suffix == "obj" else {}
     try:
         loaded = trimesh.load_mesh(io.BytesIO(data), file_type=suffix, process=False, **options)
-        vertices = np.asarray(loaded.vertices, dtype=np.float64) * scale
+        vertices = np.asarray(loaded.vertices, dtype=np.float64)
         faces = np.asarray(loaded.faces, dtype=np.int64)
     except Exception as error:  # the readers raise whatever broken bytes lead to
         raise InvalidInput(f"this is no readable {suffix} file ({type(error).__name__}).", "/mesh") from error
@@ -87,10 +124,8 @@ def read_mesh(data: bytes, kind: str, scale: float = 1.0) -> Mesh:
             "Send a simplified collision model.",
             "/mesh",
         )
-    if not np.all(np.isfinite(vertices)) or np.abs(vertices).max() > LARGEST:
-        raise InvalidInput(
-            f"a vertex is not finite or beyond {LARGEST:g} m; is the scale right (0.001 for millimetres)?", "/scale"
-        )
+    if not np.all(np.isfinite(vertices)) or np.abs(vertices).max() > FARTHEST:
+        raise InvalidInput(f"a vertex is not finite or beyond {FARTHEST:g} in the file's own units.", "/mesh")
     unique, index = np.unique(vertices, axis=0, return_inverse=True)
     return Mesh(unique, index.reshape(-1)[faces])
 

@@ -1,17 +1,19 @@
-"""Robots from URDF files: the kinematics of one chain, nothing else."""
+"""Robots from URDF files: the kinematics of one chain, nothing else. Bodies of its links: `models.urdf_bodies`."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
 
 from models.arrays import Floats
-from models.dh import JOINT_COUNTS, check_full_rank
+from models.dh import JOINT_COUNTS, MAX_ANGLE, MAX_LENGTH, check_full_rank
 from models.errors import InvalidRobot
 from models.kinematics import chain
 from models.pose import inverse
@@ -52,7 +54,23 @@ def robot_from_urdf(path: Path | str, base_link: str | None = None, tip: str | N
     """
     file = Path(path)
     document = read_document(file)
-    model = build_model(document)
+    return robot_from_document(document, build_model(document), file.name, base_link, tip)
+
+
+def robot_from_document(
+    document: ElementTree.Element, model: Any, file: str, base_link: str | None = None, tip: str | None = None
+) -> Robot:
+    """The chain from one link of a URDF document to another.
+
+    Args:
+        document: see `models.urdf_file.parse_document`.
+        model: ``pin.Model`` of the document (`models.urdf_file.build_model`).
+        file: name of the file it came from.
+        base_link: see `robot_from_urdf`. tip: likewise.
+
+    Raises:
+        InvalidRobot: see `robot_from_urdf`.
+    """
     links = {frame.name: i for i, frame in enumerate(model.frames) if frame.type == pin.FrameType.BODY}
     unusable = unusable_joints(document)
     base = _find(links, base_link, "base_link") if base_link is not None else min(links.values())
@@ -62,7 +80,7 @@ def robot_from_urdf(path: Path | str, base_link: str | None = None, tip: str | N
         way = _way(model, base, _find(links, tip, "tip"))
         _check_joints(model, way, unusable)
     _check_count(model, base, way, links)
-    robot = _robot(document.get("name") or file.stem, file, model, base, way)
+    robot = _robot(document.get("name") or Path(file).stem, file, model, base, way)
     check_full_rank(robot)
     return robot
 
@@ -143,7 +161,7 @@ def _listed(links: dict[str, int]) -> str:
 # --- building ---------------------------------------------------------------------------------------------------------
 
 
-def _robot(name: str, file: Path, model: Any, base: int, way: _Path) -> Robot:
+def _robot(name: str, file: str, model: Any, base: int, way: _Path) -> Robot:
     """The robot of a chain."""
     placements, axes = chain(model, way.joints)
     for joint, axis in zip(way.joints, axes, strict=True):
@@ -152,6 +170,7 @@ def _robot(name: str, file: Path, model: Any, base: int, way: _Path) -> Robot:
                 f"joint {model.names[joint]} has no axis; give a direction.", f"/joints/{model.names[joint]}"
             )
     placements[0] = inverse(model.frames[base].placement.homogeneous) @ placements[0]
+    _check_lengths(model, way, [*placements, model.frames[way.tip].placement.homogeneous])
     lower, upper = _limits(model, way.joints)
     names = tuple(model.names[joint] for joint in way.joints)
     ends = model.frames[base].name, model.frames[way.tip].name
@@ -166,12 +185,24 @@ def _robot(name: str, file: Path, model: Any, base: int, way: _Path) -> Robot:
         "base_frame": ends[0],
         "flange_frame": ends[1],
         "title": name,
-        "source": f"URDF file {file.name}",
+        "source": f"URDF file {file}",
         "licence": "see source",
         "notes": (f"The chain from {ends[0]} to {ends[1]} over {', '.join(names)}.",),
     }
     reference, reason = working_reference(Robot(**fields, reference=np.zeros(len(names))))
     return Robot(**fields, reference=reference, reference_source=reason)
+
+
+def _check_lengths(model: Any, way: _Path, placements: Sequence[Floats]) -> None:
+    """Refuse joints that are nowhere or absurdly far from the joint before."""
+    for joint, placement in zip([*way.joints, None], placements, strict=True):
+        length = float(np.linalg.norm(placement[:3, 3]))
+        if not np.all(np.isfinite(placement)) or length > MAX_LENGTH:
+            name = model.frames[way.tip].name if joint is None else model.names[joint]
+            raise InvalidRobot(
+                f"{name} is {length:g} m from the joint before it; allowed is {MAX_LENGTH:g} m. Lengths are metres.",
+                f"/links/{name}" if joint is None else f"/joints/{name}",
+            )
 
 
 def _limits(model: Any, joints: tuple[int, ...]) -> tuple[Floats, Floats]:
@@ -185,6 +216,12 @@ def _limits(model: Any, joints: tuple[int, ...]) -> tuple[Floats, Floats]:
         if not lower[i] < upper[i]:
             raise InvalidRobot(
                 f"limits {lower[i]:g} to {upper[i]:g} rad leave joint {name} no range; lower must be below upper.",
+                f"/joints/{name}",
+            )
+        if max(-lower[i], upper[i]) > MAX_ANGLE:
+            raise InvalidRobot(
+                f"limits {lower[i]:g} to {upper[i]:g} rad of joint {name} go beyond {MAX_ANGLE:.4g} rad. Limits are "
+                'radians; a joint that turns without end has type="continuous".',
                 f"/joints/{name}",
             )
     return lower, upper

@@ -7,6 +7,7 @@ the chain (a gripper's fingers, a torso's other arm) are taken where these joint
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from math import isfinite
 from typing import Any
 from xml.etree import ElementTree
@@ -17,13 +18,19 @@ import pinocchio as pin
 from models.arrays import Floats
 from models.errors import InvalidInput, InvalidRobot
 from models.links import LinkBody
-from models.meshes import Mesh, convex_pieces, read_mesh
+from models.meshes import convex_pieces, in_metres, read_triangles
 from models.pose import inverse, rotation_from_rpy, transform
 from models.robot import Robot
 from models.shapes import Body, Box, Capsule, Cylinder, Shape, Sphere
 
 MeshSource = Callable[[str], bytes]
 """Gives the contents of a mesh by the ``filename`` of the URDF; raises `FileNotFoundError` or `InvalidInput`."""
+
+MOST_BODIES = 1000
+"""Of a robot; one that was taken apart with care has a hundred."""
+
+_Pieces = Callable[[str, tuple[float, ...]], tuple[Shape, ...]]
+"""Convex pieces of a mesh by ``filename`` and scale."""
 
 
 def urdf_link_bodies(
@@ -38,17 +45,18 @@ def urdf_link_bodies(
         meshes: where meshes come from.
 
     Raises:
-        InvalidRobot: a missing or unusable mesh or primitive; the pointer names the link.
+        InvalidRobot: a missing or unusable mesh or primitive, or too many bodies; the pointer names the link.
     """
     carriers = _carriers(model, robot)
     source = f"collision geometry of {robot.source}"
     bodies: list[LinkBody] = []
-    for link in document.iter("link"):
+    pieces = _pieces_of(meshes)
+    for link in document.findall("link"):
         name = link.get("name", "")
         index, place = carriers[name]
         for number, element in enumerate(link.findall("collision")):
             try:
-                shapes = _shapes(element, meshes)
+                shapes = _shapes(element, pieces)
                 origin = _origin(element)
             except FileNotFoundError as error:
                 raise InvalidRobot(f"a mesh of link {name} is missing: {error}.", f"/links/{name}") from error
@@ -57,7 +65,33 @@ def urdf_link_bodies(
                     f"collision {number + 1} of link {name}: {error.detail}", f"/links/{name}"
                 ) from error
             bodies += [LinkBody(index, Body(name, place @ origin, shape), "mesh", source) for shape in shapes]
+            if len(bodies) > MOST_BODIES:
+                raise InvalidRobot(
+                    f"with link {name} the robot consists of more than {MOST_BODIES} convex bodies. Use fewer and "
+                    "simpler <collision> elements.",
+                    f"/links/{name}",
+                )
     return tuple(bodies)
+
+
+def mesh_names(document: ElementTree.Element) -> dict[str, list[str]]:
+    """``filename`` of every mesh of the collision geometry -> the links that are made of it."""
+    found: dict[str, list[str]] = {}
+    for link in document.findall("link"):
+        for mesh in link.iterfind("collision/geometry/mesh"):
+            found.setdefault(mesh.get("filename", ""), []).append(link.get("name", ""))
+    return found
+
+
+def _pieces_of(meshes: MeshSource) -> _Pieces:
+    """Convex pieces of meshes, each taken apart only once."""
+
+    @cache
+    def pieces(name: str, scale: tuple[float, ...]) -> tuple[Shape, ...]:
+        suffix = name.rsplit(".", 1)[-1]
+        return convex_pieces(in_metres(read_triangles(meshes(name), suffix), np.array(scale)))
+
+    return pieces
 
 
 def _carriers(model: Any, robot: Robot) -> dict[str, tuple[int, Floats]]:
@@ -78,7 +112,7 @@ def _carriers(model: Any, robot: Robot) -> dict[str, tuple[int, Floats]]:
     return carriers
 
 
-def _shapes(collision: ElementTree.Element, meshes: MeshSource) -> list[Shape]:
+def _shapes(collision: ElementTree.Element, pieces: _Pieces) -> list[Shape]:
     """Convex shapes of one ``<collision>``."""
     geometry = collision.find("geometry")
     element = next(iter(geometry), None) if geometry is not None else None
@@ -94,20 +128,17 @@ def _shapes(collision: ElementTree.Element, meshes: MeshSource) -> list[Shape]:
         case "capsule":
             return [Capsule(float(_numbers(element, "radius", 1)[0]), float(_numbers(element, "length", 1)[0]))]
         case "mesh":
-            return list(_mesh_pieces(element, meshes))
+            return list(_mesh_pieces(element, pieces))
         case other:
             raise InvalidInput(f"geometry <{other}> is not known.")
 
 
-def _mesh_pieces(element: ElementTree.Element, meshes: MeshSource) -> tuple[Shape, ...]:
+def _mesh_pieces(element: ElementTree.Element, pieces: _Pieces) -> tuple[Shape, ...]:
     """Pieces of a mesh; a URDF may stretch it differently along each axis."""
-    name = element.get("filename", "")
-    suffix = name.rsplit(".", 1)[-1]
     scale = _numbers(element, "scale", 3) if element.get("scale") is not None else np.ones(3)
     if np.any(scale == 0.0):
         raise InvalidInput("a scale of 0 leaves nothing of the mesh.")
-    mesh = read_mesh(meshes(name), suffix)
-    return convex_pieces(Mesh(mesh.vertices * scale, mesh.faces))
+    return pieces(element.get("filename", ""), tuple(scale))
 
 
 def _origin(collision: ElementTree.Element) -> Floats:

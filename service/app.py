@@ -13,15 +13,17 @@ from fastapi.staticfiles import StaticFiles
 from fastapi.telemetry import TelemetryConfig
 
 from service import error_handlers, metrics, openapi, telemetry
-from service.api import docs, evaluate, health, layouts, robots
+from service.api import docs, evaluate, health, layouts, meshes, robots
 from service.api.state import State
 from service.evaluations import Evaluations
 from service.executor import Executor, ProcessExecutor
 from service.health import Monitor
+from service.intake import Intake
 from service.jobs import MemoryJobs
 from service.keys import keyring
+from service.library import Library
 from service.middleware import stack
-from service.robots import robot_list
+from service.robots import catalogue_list
 from service.settings import Settings
 from service.version import package_version
 
@@ -42,7 +44,7 @@ def create_app(
         KeysUnusable: the API keys of the settings cannot be used.
     """
     settings = settings or Settings()
-    runs_on = executor or ProcessExecutor(settings.workers)
+    runs_on = executor or ProcessExecutor(settings.workers, settings.data_dir)
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
@@ -56,9 +58,10 @@ def create_app(
             keep=settings.keep_jobs,
         )
         metrics.watch(workers=runs_on.alive)
+        intake = Intake(settings.upload_time_limit, settings.max_uploads)
         monitor = Monitor(runs_on, settings.self_test_every)
         evaluations = Evaluations(runs_on, limit=settings.evaluate_limit, most=settings.max_evaluations)
-        app.state.duocell = State(settings, jobs, evaluations, monitor)
+        app.state.duocell = State(settings, jobs, evaluations, monitor, Library(settings.data_dir), intake)
         background = [asyncio.create_task(monitor.watch()), asyncio.create_task(_load_robots(monitor))]
         try:
             yield
@@ -67,6 +70,7 @@ def create_app(
                 task.cancel()
             await asyncio.gather(*background, return_exceptions=True)
             await jobs.close()
+            await asyncio.to_thread(intake.stop)
             await asyncio.to_thread(runs_on.stop)
 
     app = FastAPI(
@@ -78,7 +82,7 @@ def create_app(
         telemetry={**telemetry.config(), **(traces or {})},
     )
     error_handlers.install(app)
-    for part in (evaluate, layouts, robots, health, docs):
+    for part in (evaluate, layouts, robots, meshes, health, docs):
         app.include_router(part.router)
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
     openapi.install(app)
@@ -89,4 +93,4 @@ def create_app(
 async def _load_robots(monitor: Monitor) -> None:
     """Load the catalogue once nothing more urgent is to be done, so that nobody waits for it."""
     await monitor.first_pass.wait()
-    threading.Thread(target=robot_list, name="load-robots", daemon=True).start()
+    threading.Thread(target=catalogue_list, name="load-robots", daemon=True).start()

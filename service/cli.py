@@ -129,8 +129,11 @@ def _check(options: argparse.Namespace) -> int:
 
 def _robots(options: argparse.Namespace) -> int:
     from service.cli_tables import print_robot, print_robots
+    from service.library import Library
+    from service.settings import Settings
 
-    return print_robots() if options.name is None else print_robot(options.name)
+    library = Library(Settings().data_dir)
+    return print_robots(library) if options.name is None else print_robot(options.name, library)
 
 
 def _figure(options: argparse.Namespace) -> int:

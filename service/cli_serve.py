@@ -29,7 +29,7 @@ def serve(**flags: Any) -> int:
         keyring(settings)
     except KeysUnusable as error:
         return complain([Issue("", str(error))])
-    executor = ProcessExecutor(settings.workers)
+    executor = ProcessExecutor(settings.workers, settings.data_dir)
     executor.start()  # the workers load their engines while this process loads the web framework
     import uvicorn
 

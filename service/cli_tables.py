@@ -14,6 +14,7 @@ from service.cli_console import NONE, console_on, in_degrees, number, table
 from service.cli_findings import print_findings
 from service.cli_input import complain
 from service.issues import Issue
+from service.library import Library
 from service.robots import robot_document, robot_list
 
 
@@ -96,30 +97,31 @@ def _evidence(result: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def print_robots() -> int:
+def print_robots(library: Library) -> int:
     """All robots."""
     rows = table("", ("name", "model", "joints", "reach up to [mm]"))
-    for robot in robot_list():
-        rows.add_row(robot["name"], robot["title"], str(robot["dof"]), f"{1000.0 * robot['reach']:.0f}")
+    for robot in robot_list(library):
+        rows.add_row(robot["name"], escape(robot["title"]), str(robot["dof"]), f"{1000.0 * robot['reach']:.0f}")
     console_on().print(rows)
     return Exit.SOLVED
 
 
-def print_robot(name: str) -> int:
+def print_robot(name: str, library: Library) -> int:
     """One robot."""
     try:
-        robot = robot_document(name)
+        robot = robot_document(name, library)
     except UnknownRobot as error:
         return complain([Issue("", error.detail, error.code)])
     console = console_on()
-    console.print(f"[bold]{robot['name']}[/]: {robot['title'] or NONE} ({robot['maker'] or NONE})")
+    console.print(f"[bold]{robot['name']}[/]: {escape(robot['title'] or NONE)} ({robot['maker'] or NONE})")
     rows = table("", ("joint", "lower [°]", "upper [°]", "reference [°]"))
     for joint in robot["joints"]:
-        rows.add_row(joint["name"], *(in_degrees(joint[key]) for key in ("lower", "upper", "reference")))
+        rows.add_row(escape(joint["name"]), *(in_degrees(joint[key]) for key in ("lower", "upper", "reference")))
     console.print(rows)
     for label, text in (
         ("reach", f"{1000.0 * robot['reach']:.0f} mm at most"),
         ("frames", f"{robot['base_frame']} (base) to {robot['flange_frame']} (flange)"),
+        ("shape of the links", robot["geometry"]),
         ("reference", robot["reference_source"]),
         ("inverse kinematics", robot["inverse_kinematics"]),
         *(

@@ -9,6 +9,7 @@ import os
 import signal
 import threading
 from concurrent.futures import BrokenExecutor
+from pathlib import Path
 from typing import Any, Protocol
 
 from pebble import ProcessExpired, ProcessPool
@@ -85,10 +86,12 @@ class ProcessExecutor:
 
     There is one process more than solves at the same time: it takes the self-tests and the evaluations, and stands in
     at once for a worker that died until another one is there. Keeping the number of solves down is the caller's part.
+    ``data_dir`` is where they find the robots and meshes that users brought.
     """
 
-    def __init__(self, workers: int, *, solve: Any = worker.solve) -> None:
+    def __init__(self, workers: int, data_dir: Path | None = None, *, solve: Any = worker.solve) -> None:
         self._workers = workers
+        self._data_dir = None if data_dir is None else data_dir.absolute()
         self._solve = solve
         self._pool: ProcessPool | None = None
         self._starting: threading.Thread | None = None
@@ -105,11 +108,11 @@ class ProcessExecutor:
 
     async def solve(self, text: str, request_hash: str, time_limit: float, kill_after: float) -> Answer:
         """See `Executor`."""
-        return await self._run(self._solve, (text, request_hash, time_limit), kill_after)
+        return await self._run(self._solve, (text, request_hash, time_limit, self._data_dir), kill_after)
 
     async def evaluate(self, text: str, request_hash: str, kill_after: float) -> Answer:
         """See `Executor`."""
-        return await self._run(worker.evaluate, (text, request_hash), kill_after)
+        return await self._run(worker.evaluate, (text, request_hash, self._data_dir), kill_after)
 
     async def self_test(self) -> None:
         """See `Executor`."""

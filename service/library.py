@@ -128,7 +128,7 @@ def _kept(path: Path | None, build: Callable[[dict[str, Any]], Kept]) -> Kept | 
         return None
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=2048)
 def _loaded(path: Path, stamp: tuple[int, ...], build: Callable[[dict[str, Any]], Kept]) -> Kept:
     """A file's contents as an object, kept while the file stays what it is."""
     return build(json.loads(path.read_bytes()))

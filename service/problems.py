@@ -26,13 +26,21 @@ class Kind:
 _CHECK = "Each entry of `errors` points to the place and says what is allowed there."
 KINDS: dict[str, Kind] = {
     "invalid-json": Kind(400, "The body is no JSON document", "Send one JSON object, encoded as UTF-8."),
+    "invalid-form": Kind(400, "The body is no form", "Send `multipart/form-data`, as `curl -F` does."),
     "bad-request": Kind(400, "The request cannot be read", "See the detail."),
     "unauthorized": Kind(401, "A key is needed", "Send one in the header Authorization or X-API-Key."),
     "not-found": Kind(404, "There is nothing here", "Check the address; `/docs` lists all of them."),
     "layout-not-found": Kind(404, "No such layout", "Finished layouts are forgotten after a while: ask again."),
     "robot-not-found": Kind(404, "No such robot", "`GET /v1/robots` lists all of them."),
+    "mesh-not-found": Kind(404, "No such mesh", "`GET /v1/meshes` lists all of them."),
+    "too-slow": Kind(408, "The body did not arrive in time", "Send it again."),
+    "robot-exists": Kind(409, "Another robot has this name", "Choose another name, or delete that robot first."),
+    "catalogue-robot": Kind(409, "The name belongs to the catalogue", "Robots of the catalogue stay as they are."),
+    "too-many-kept": Kind(409, "Too many uploads are kept", "Delete some that are not needed any more."),
     "method-not-allowed": Kind(405, "This address does not know that method", "The header Allow lists what it knows."),
     "body-too-large": Kind(413, "The body is too large", "Send fewer poses, or raise DUOCELL_MAX_BODY."),
+    "upload-too-large": Kind(413, "The upload is too large", "Simplify the meshes, or raise DUOCELL_MAX_UPLOAD."),
+    "not-a-form": Kind(415, "The body must be a form", "Send `multipart/form-data`, as `curl -F` does."),
     "unsupported-media-type": Kind(415, "The body must be JSON", "Send the header `Content-Type: application/json`."),
     "invalid-request": Kind(422, "The request cannot be carried out", _CHECK),
     "invalid-input": Kind(422, "The request holds a value that cannot be used", _CHECK),
@@ -41,18 +49,21 @@ KINDS: dict[str, Kind] = {
     "invalid-robot": Kind(422, "The robot cannot be used", _CHECK),
     "unknown-robot": Kind(422, "No such robot", "`GET /v1/robots` lists all of them."),
     "unknown-mesh": Kind(422, "No such mesh", "`GET /v1/meshes` lists all of them; upload it with `POST /v1/meshes`."),
+    "invalid-upload": Kind(422, "The upload cannot be used", _CHECK),
     "too-large": Kind(422, "The request asks for too much", _CHECK + " The limits are settings of the service."),
     "evaluations-full": Kind(
         429, "Too many evaluations at the same time", "Try again after the seconds of the header Retry-After."
     ),
     "queue-full": Kind(429, "Too many layouts are waiting", "Try again after the seconds of the header Retry-After."),
     "rate-limited": Kind(429, "Too many requests", "Try again after the seconds of the header Retry-After."),
+    "uploads-full": Kind(429, "Too many uploads at once", "Try again after the seconds of the header Retry-After."),
     "error": Kind(500, "An error of the service", "Tell the operator; the log has the details."),
     "internal": Kind(500, "An error of the service", "Tell the operator; the log has the details."),
     "solver-failure": Kind(500, "An engine broke down", "Tell the operator; the log has the details."),
     "evaluation-failed": Kind(
         503, "The layout could not be evaluated", "Try again; if it took too long, send fewer poses or coarser shapes."
     ),
+    "not-writable": Kind(503, "The data directory cannot be written", "Tell the operator; the log has the details."),
     "not-ready": Kind(503, "The service is not ready", "Try again after the seconds of the header Retry-After."),
 }
 """All kinds by code; codes of `models.errors` included."""

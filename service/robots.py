@@ -1,8 +1,9 @@
-"""Robots of the catalogue as JSON documents."""
+"""Robots as JSON documents: those of the catalogue, and those that users brought."""
 
 from __future__ import annotations
 
 import threading
+from collections import Counter
 from functools import lru_cache
 from math import ceil
 from typing import Any
@@ -11,25 +12,36 @@ import numpy as np
 
 from models import catalogue
 from models.kinematics import flange_poses, reach
+from models.links import LinkBody, link_bodies, provenance
 from models.pose import quaternion_from_rotation
 from models.robot import Robot
+from service.library import Library
 from service.numbers import finite
+from service.shelf import NAME
+from service.user_robot import UserRobot
 
 _loading = threading.Lock()
 
 
-def robot_list() -> list[dict[str, Any]]:
-    """All robots in short; the first call loads them, which takes seconds, the others wait for it."""
+def robot_list(library: Library) -> list[dict[str, Any]]:
+    """All robots in short, by name."""
+    found = (library.user_robot(name) for name in library.names())
+    uploaded = [_summary(user.robot, user) for user in found if user is not None]
+    return sorted([*catalogue_list(), *uploaded], key=lambda robot: str(robot["name"]))
+
+
+def catalogue_list() -> list[dict[str, Any]]:
+    """Robots of the catalogue in short; the first call loads them, which takes seconds, the others wait for it."""
     with _loading:
-        return _robot_list()
+        return _catalogue_list()
 
 
 @lru_cache(maxsize=1)
-def _robot_list() -> list[dict[str, Any]]:
+def _catalogue_list() -> list[dict[str, Any]]:
     return [_summary(catalogue.robot(name)) for name in catalogue.names()]
 
 
-def robot_document(name: str) -> dict[str, Any]:
+def robot_document(name: str, library: Library) -> dict[str, Any]:
     """A robot in full.
 
     Raises:
@@ -37,11 +49,14 @@ def robot_document(name: str) -> dict[str, Any]:
     """
     from models.inverse import posture_definitions, source_of_branches  # loads engines the server can start without
 
-    robot = catalogue.robot(name)
+    user = library.user_robot(name) if NAME.fullmatch(name) else None
+    robot = catalogue.robot(name) if user is None else user.robot
     flange = flange_poses(robot, np.zeros(robot.dof))[0]
     joints = zip(robot.joint_names, robot.lower, robot.upper, robot.reference, strict=True)
     return {
-        **_summary(robot),
+        **_summary(robot, user),
+        "version": None if user is None else user.version,
+        "created_at": None if user is None else user.created_at,
         "joints": [
             {"name": name, "lower": finite(lower), "upper": finite(upper), "reference": float(reference)}
             for name, lower, upper, reference in joints
@@ -55,17 +70,37 @@ def robot_document(name: str) -> dict[str, Any]:
         },
         "postures": posture_definitions(robot),
         "inverse_kinematics": source_of_branches(robot),
+        "bodies": _bodies(robot, links_of(robot, user)),
+        "meshes": [] if user is None else [{"filename": name, "file": file} for name, file in user.meshes.items()],
         "notes": list(robot.notes),
         "source": robot.source,
         "licence": robot.licence,
     }
 
 
-def _summary(robot: Robot) -> dict[str, Any]:
+def links_of(robot: Robot, user: UserRobot | None) -> tuple[LinkBody, ...]:
+    """Bodies of a robot's links, from wherever they are known best."""
+    own = None if user is None else user.links
+    return link_bodies(robot) if own is None else own
+
+
+def _bodies(robot: Robot, bodies: tuple[LinkBody, ...]) -> list[dict[str, Any]]:
+    """What is known of the shape of each link, from the base outwards."""
+    carriers: list[str | None] = [None, *robot.joint_names]
+    amounts = Counter((body.link, body.body.name) for body in bodies)
+    return [
+        {"link": name, "moves_with": carriers[index], "pieces": pieces}
+        for (index, name), pieces in sorted(amounts.items(), key=lambda item: item[0][0])
+    ]
+
+
+def _summary(robot: Robot, user: UserRobot | None = None) -> dict[str, Any]:
     return {
         "name": robot.name,
         "title": robot.title,
         "maker": robot.maker,
+        "origin": "catalogue" if user is None else "uploaded",
         "dof": robot.dof,
         "reach": ceil(reach(robot) * 1e4) / 1e4,  # a bound must not be rounded down
+        "geometry": provenance(links_of(robot, user)),
     }

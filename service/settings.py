@@ -33,6 +33,16 @@ class Limits(BaseSettings):
     max_corners: int = Field(default=100, ge=3, description="corners of a polygon")
     max_couplings: int = Field(default=50, ge=0, description="couplings of a cell")
     max_certificate_time: float = Field(default=600.0, gt=0.0, description="s, certificate.time_limit")
+    max_upload: int = Field(default=50_000_000, gt=0, description="bytes of an upload of a robot or a mesh")
+    max_uploads: int = Field(default=4, ge=1, description="uploads that are read at the same time, or wait for it")
+    max_kept: int = Field(default=1000, ge=1, description="uploaded robots, and uploaded meshes, that are kept")
+    upload_time_limit: float = Field(default=60.0, gt=0.0, description="s that reading an upload may take")
+    keep_deleted: float = Field(
+        default=86400.0, ge=0.0, description="s that deleted robots and meshes are kept for layouts accepted before"
+    )
+    max_entries: int = Field(default=1000, ge=1, description="entries of a zip with meshes")
+    max_unpacked: int = Field(default=200_000_000, gt=0, description="bytes that a zip with meshes unpacks to")
+    max_ratio: int = Field(default=100, ge=1, description="how many times larger an entry of a zip may become")
 
 
 class Access(BaseSettings):

@@ -32,6 +32,10 @@ class Shelf:
         found = (path.name.removesuffix(_SUFFIX) for path in self._folder.glob(f"[!.]*{_SUFFIX}"))
         return sorted(name for name in found if NAME.fullmatch(name))
 
+    def count(self) -> int:
+        """Number of documents, those kept aside included."""
+        return len(self.names()) + sum(1 for _ in self._aside.glob(f"*{_SUFFIX}"))
+
     def path(self, name: str) -> Path | None:
         """File of a document, or None if there is none."""
         return self._present(self._folder / (name + _SUFFIX)) if NAME.fullmatch(name) else None

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 from math import inf
 from typing import Any
 
@@ -30,11 +31,15 @@ class UserRobot:
         robot: its kinematics; ``robot.name`` is the name it goes by.
         links: bodies from its collision geometry, or None if the file has none (they are then estimated).
         version: digest of what it was made from: equal for equal files, on every machine.
+        meshes: ``filename`` in the URDF -> file that was taken for it.
+        created_at: RFC 3339, when it was brought; empty for robots that are not kept.
     """
 
     robot: Robot
     links: tuple[LinkBody, ...] | None
     version: str
+    meshes: Mapping[str, str] = field(default_factory=dict)
+    created_at: str = ""
 
 
 def as_document(user_robot: UserRobot) -> dict[str, Any]:
@@ -45,7 +50,14 @@ def as_document(user_robot: UserRobot) -> dict[str, Any]:
     kinematics |= {name: getattr(robot, name) for name in _TEXTS}
     kinematics |= {name: list(getattr(robot, name)) for name in _LISTS}
     links = None if user_robot.links is None else [_link_document(link) for link in user_robot.links]
-    return {"format": FORMAT, "version": user_robot.version, "robot": kinematics, "links": links}
+    return {
+        "format": FORMAT,
+        "version": user_robot.version,
+        "created_at": user_robot.created_at,
+        "meshes": dict(user_robot.meshes),
+        "robot": kinematics,
+        "links": links,
+    }
 
 
 def from_document(document: dict[str, Any]) -> UserRobot:
@@ -64,7 +76,13 @@ def from_document(document: dict[str, Any]) -> UserRobot:
     values |= {name: tuple(kinematics[name]) for name in _LISTS}
     robot = Robot(**values)
     links = document["links"]
-    return UserRobot(robot, None if links is None else tuple(map(_link_from, links)), str(document["version"]))
+    return UserRobot(
+        robot=robot,
+        links=None if links is None else tuple(map(_link_from, links)),
+        version=str(document["version"]),
+        meshes=dict(document["meshes"]),
+        created_at=str(document["created_at"]),
+    )
 
 
 def _link_document(link: LinkBody) -> dict[str, Any]:
@@ -98,7 +116,7 @@ _KINDS: dict[str, type[Shape]] = {
 def shape_document(shape: Shape) -> dict[str, Any]:
     """A shape as plain JSON."""
     kind = next(name for name, class_ in _KINDS.items() if type(shape) is class_)
-    given = [field.name for field in fields(shape) if field.init]
+    given = [one.name for one in fields(shape) if one.init]
     values = {name: getattr(shape, name) for name in given}
     return {"type": kind} | {n: v.tolist() if isinstance(v, np.ndarray) else float(v) for n, v in values.items()}
 

@@ -11,10 +11,14 @@ import multiprocessing
 import os
 import threading
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from models.errors import DuocellError
 from service.self_test import SELF_TEST, check
+
+if TYPE_CHECKING:
+    from service.library import Library
 
 log = logging.getLogger(__name__)
 
@@ -46,26 +50,33 @@ def initialize() -> None:
     self_test()
 
 
-def solve(text: str, request_hash: str, time_limit: float) -> Answer:
-    """Solve an accepted request."""
+def solve(text: str, request_hash: str, time_limit: float, data_dir: Path | None = None) -> Answer:
+    """Solve an accepted request; what it names of users' robots and meshes lies in ``data_dir``."""
 
     def work() -> dict[str, Any]:
         from service.solving import solve_request
 
-        return solve_request(text, request_hash, time_limit)
+        return solve_request(text, request_hash, time_limit, _library(data_dir))
 
     return _answer(work)
 
 
-def evaluate(text: str, request_hash: str) -> Answer:
-    """Evaluate the layout of an accepted request."""
+def evaluate(text: str, request_hash: str, data_dir: Path | None = None) -> Answer:
+    """Evaluate the layout of an accepted request; ``data_dir`` as for `solve`."""
 
     def work() -> dict[str, Any]:
         from service.solving import evaluate_request
 
-        return evaluate_request(text, request_hash)
+        return evaluate_request(text, request_hash, _library(data_dir))
 
     return _answer(work)
+
+
+def _library(data_dir: Path | None) -> Library | None:
+    """What users brought; what was deleted since the request was accepted still counts."""
+    from service.library import Library
+
+    return None if data_dir is None else Library(data_dir, deleted=True)
 
 
 def _answer(work: Callable[[], dict[str, Any]]) -> Answer:

@@ -36,7 +36,7 @@ async def evaluate_layout(request: Request, state: StateOf) -> Response:
     Nothing is stored. A layout that breaks a rule is an answer (`outcome: infeasible` with reasons), not an error.
     """
     body = await json_body(request, state.settings.max_body)
-    accepted = await run_in_threadpool(accept_evaluation, body, state.settings)
+    accepted = await run_in_threadpool(accept_evaluation, body, state.settings, state.library)
     answer = await state.evaluations.evaluate(accepted)
     name = json.dumps(accepted.name, ensure_ascii=False)
     text = f'{{"name":{name},"request":{accepted.text},"result":{answer.text}}}'

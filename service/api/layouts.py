@@ -43,7 +43,7 @@ async def create_layout(request: Request, state: StateOf) -> Response:
     A task that cannot be done is an answer (`outcome: infeasible` with reasons), not an error.
     """
     body = await json_body(request, state.settings.max_body)
-    accepted = await run_in_threadpool(accept, body, state.settings)
+    accepted = await run_in_threadpool(accept, body, state.settings, state.library)
     job = await state.jobs.submit(accepted)
     wait = preferred_wait(request.headers.getlist("prefer"), state.settings.max_wait)
     headers = {}

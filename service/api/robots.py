@@ -1,17 +1,20 @@
-"""/v1/robots: the catalogue."""
+"""/v1/robots: the catalogue, and robots that users bring."""
 
 from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Path
+from fastapi import APIRouter, Path, Request
+from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import JSONResponse, Response
 
 from models.errors import UnknownRobot
+from service.api.state import StateOf
 from service.problems import Problem
 from service.robots import robot_document, robot_list
 from service.schemas.resources import ProblemDocument
 from service.schemas.robots import RobotDetail, RobotPage
+from service.uploads import drop_robot, take_robot
 
 router = APIRouter(prefix="/v1/robots", tags=["robots"])
 
@@ -26,9 +29,31 @@ RobotName = Annotated[str, Path(description="Its name in the list of robots.", e
     response_model=None,
     responses={200: {"model": RobotPage, "description": "All robots."}, 500: PROBLEM},
 )
-def list_robots() -> Response:
+def list_robots(state: StateOf) -> Response:
     """Every robot that a request may name."""
-    return JSONResponse({"items": robot_list(), "next_cursor": None})
+    return JSONResponse({"items": robot_list(state.library), "next_cursor": None})
+
+
+@router.post(
+    "",
+    operation_id="create_robot",
+    summary="Bring a robot",
+    status_code=201,
+    response_model=None,
+    responses={
+        201: {"model": RobotDetail, "description": "Kept; requests may name it."},
+        **dict.fromkeys((400, 408, 409, 413, 415, 422, 429, 500, 503), PROBLEM),
+    },
+)
+async def create_robot(request: Request, state: StateOf) -> Response:
+    """Send a URDF file, the meshes of its collision geometry in a zip; requests then name the robot like any other.
+
+    The chain runs from `base_link` to `tip`; without them it is the longest one of turning joints. Meshes are taken
+    apart into convex pieces, which takes seconds if they have dents. Xacro is not expanded.
+    """
+    name = await take_robot(request, state.library, state.intake, state.settings)
+    document = await run_in_threadpool(robot_document, name, state.library)
+    return JSONResponse(document, 201, {"Location": f"/v1/robots/{name}"})
 
 
 @router.get(
@@ -38,11 +63,23 @@ def list_robots() -> Response:
     response_model=None,
     responses={200: {"model": RobotDetail, "description": "The robot."}, 404: PROBLEM, 500: PROBLEM},
 )
-def get_robot(
-    name: RobotName,
-) -> Response:
+def get_robot(name: RobotName, state: StateOf) -> Response:
     """Joints, limits, frames, reach, where the data come from."""
     try:
-        return JSONResponse(robot_document(name))
+        return JSONResponse(robot_document(name, state.library))
     except UnknownRobot as error:
         raise Problem("robot-not-found", error.detail) from error
+
+
+@router.delete(
+    "/{name}",
+    operation_id="delete_robot",
+    summary="Delete a robot",
+    status_code=204,
+    response_model=None,
+    responses={204: {"description": "Gone."}, 404: PROBLEM, 409: PROBLEM, 500: PROBLEM, 503: PROBLEM},
+)
+async def delete_robot(name: RobotName, state: StateOf) -> Response:
+    """Its name is free again; layouts that were accepted before are carried out all the same."""
+    await run_in_threadpool(drop_robot, name, state.library, state.settings)
+    return Response(status_code=204)

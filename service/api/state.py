@@ -9,7 +9,9 @@ from fastapi import Depends, Request
 
 from service.evaluations import Evaluations
 from service.health import Monitor
+from service.intake import Intake
 from service.jobs import Jobs
+from service.library import Library
 from service.settings import Settings
 
 
@@ -21,6 +23,8 @@ class State:
     jobs: Jobs
     evaluations: Evaluations
     monitor: Monitor
+    library: Library
+    intake: Intake
 
 
 def _state(request: Request) -> State:

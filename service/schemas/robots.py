@@ -1,6 +1,8 @@
-"""Robots of the catalogue, as they are published in the OpenAPI document."""
+"""Robots of the catalogue and of users, as they are published in the OpenAPI document."""
 
 from __future__ import annotations
+
+from typing import Literal
 
 from pydantic import Field
 
@@ -14,11 +16,19 @@ class RobotSummary(Answer):
     name: str = Field(description="To be used in requests.", examples=["ur10e"])
     title: str = Field(description="Model.", examples=["Universal Robots UR10e"])
     maker: str = Field(description="Manufacturer.", examples=["Universal Robots"])
+    origin: Literal["catalogue", "uploaded"] = Field(
+        description="Built in, or brought by a user; only those can be deleted.", examples=["catalogue"]
+    )
     dof: int = Field(description="Number of joints.", examples=[6])
     reach: float = Field(
         description="m: a bound that the distance of the flange from the base frame's origin never exceeds, "
         "a few percent above the true extreme.",
         examples=[1.48],
+    )
+    geometry: Literal["mesh", "cited", "estimated"] = Field(
+        description="Where the shape of the links comes from: the collision geometry of a URDF, measured with a "
+        "source, or estimated from the kinematics.",
+        examples=["cited"],
     )
 
 
@@ -38,13 +48,40 @@ class Joint(Answer):
     reference: float = Field(description="rad, used where a request names no reference.", examples=[0.0])
 
 
+class LinkShape(Answer):
+    """What is known of the shape of a link."""
+
+    link: str = Field(description="The link.", examples=["forearm_link"])
+    moves_with: str | None = Field(description="The joint that carries it; null: it stands.", examples=["elbow_joint"])
+    pieces: int = Field(description="Convex bodies that stand for it.", examples=[3])
+
+
+class TakenMesh(Answer):
+    """A mesh of a URDF file."""
+
+    filename: str = Field(
+        description="What the URDF calls it.", examples=["package://arm_description/meshes/forearm.stl"]
+    )
+    file: str = Field(description="What was taken for it from the zip.", examples=["meshes/forearm.stl"])
+
+
 class RobotDetail(RobotSummary):
     """All there is to know about a robot."""
 
+    version: str | None = Field(
+        description="Digest of the files that an uploaded robot was made from; null: of the catalogue.", examples=[None]
+    )
+    created_at: str | None = Field(
+        description="RFC 3339, when it was uploaded; null: of the catalogue.", examples=["2026-11-22T09:30:00.000000Z"]
+    )
     joints: list[Joint] = Field(description="From the base to the flange.")
     reference_source: str = Field(description="Where the reference comes from.", examples=["mid-range"])
-    base_frame: str = Field(description="Name of the base frame, which a layout places.", examples=["base_link"])
-    flange_frame: str = Field(description="Name of the flange frame, to which a tool is attached.", examples=["tool0"])
+    base_frame: str = Field(
+        description="Name of the base frame, which a layout places: `base_link` of an upload.", examples=["base_link"]
+    )
+    flange_frame: str = Field(
+        description="Name of the flange frame, to which a tool is attached: `tip` of an upload.", examples=["tool0"]
+    )
     flange_at_zero: Pose = Field(description="Flange in the base frame with all joints at zero.")
     postures: dict[str, dict[str, str]] | None = Field(
         description="What the names of postures mean for this robot: key, name -> definition; null if it has none.",
@@ -54,6 +91,8 @@ class RobotDetail(RobotSummary):
         description="How joint values are found for a pose, and whether all of them are.",
         examples=["closed form (spherical wrist), all eight branches"],
     )
+    bodies: list[LinkShape] = Field(description="The shape of the links, from the base outwards.")
+    meshes: list[TakenMesh] = Field(description="Meshes of an uploaded robot; empty for the catalogue.")
     notes: list[str] = Field(
         description="Where the mounting face is, open limits, and other remarks.",
         examples=[["The base frame is base_link, at the mounting face."]],

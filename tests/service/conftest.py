@@ -4,6 +4,7 @@ import asyncio
 import copy
 import json
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from fastapi.testclient import TestClient
 from optimizer.layout import Layout, Outcome, Placement, Search, Verification
 from service.app import create_app
 from service.documents import result_document
-from service.executor import ProcessExecutor, SolveFailed
+from service.executor import SolveFailed
 from service.schemas.evaluate import EvaluateRequest
 from service.schemas.request import EXAMPLE, LayoutRequest
 from service.settings import Settings
@@ -110,12 +111,14 @@ def fake() -> FakeExecutor:
 
 
 @pytest.fixture
-def client_with(fake: FakeExecutor) -> Iterator[Callable[..., TestClient]]:
-    """Makes clients of services with given settings on the fake executor."""
+def client_with(fake: FakeExecutor, tmp_path: Path) -> Iterator[Callable[..., TestClient]]:
+    """Makes clients of services with given settings on the fake executor; they keep their files in ``tmp_path``."""
     clients: list[TestClient] = []
 
     def make(**settings: Any) -> TestClient:
-        client = TestClient(create_app(Settings(**settings), fake), raise_server_exceptions=False)
+        client = TestClient(
+            create_app(Settings(**{"data_dir": tmp_path} | settings), fake), raise_server_exceptions=False
+        )
         client.__enter__()
         clients.append(client)
         return client
@@ -132,8 +135,8 @@ def client(client_with: Callable[..., TestClient]) -> TestClient:
 
 
 @pytest.fixture(scope="session")
-def live() -> Iterator[TestClient]:
+def live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
     """A service with real workers."""
-    settings = Settings(workers=1, time_limit=30.0)
-    with TestClient(create_app(settings, ProcessExecutor(1)), raise_server_exceptions=False) as client:
+    settings = Settings(workers=1, time_limit=30.0, data_dir=tmp_path_factory.mktemp("data"))
+    with TestClient(create_app(settings), raise_server_exceptions=False) as client:
         yield client

@@ -1,0 +1,46 @@
+"""From the file of a user to a mesh: read, and taken apart into convex pieces. Seconds, if it has dents."""
+
+from __future__ import annotations
+
+import hashlib
+from math import floor, log10
+
+import numpy as np
+
+from models.errors import InvalidInput
+from models.meshes import Mesh, convex_pieces, read_triangles
+from service.issues import InvalidRequest, Issue
+from service.user_mesh import UserMesh
+
+
+def mesh_from_file(data: bytes, file: str, name: str) -> UserMesh:
+    """The mesh in a user's file.
+
+    Args:
+        data: contents of the file.
+        file: its name; what follows the last dot is the format.
+        name: label.
+
+    Raises:
+        InvalidRequest: it cannot be used.
+    """
+    kind = file.rsplit(".", 1)[-1].lower()
+    try:
+        mesh = read_triangles(data, kind)
+        # Decomposed where its longest side measures 1 to 10: tolerances in metres then fit, whatever the units.
+        bounds = np.array([mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)])
+        longest = float(np.ptp(bounds, axis=0).max())
+        factor = 10.0 ** -floor(log10(longest)) if longest > 0.0 else 1.0
+        pieces = convex_pieces(Mesh(mesh.vertices * factor, mesh.faces))
+    except InvalidInput as error:
+        raise InvalidRequest([Issue("/mesh", error.detail, error.code)]) from error
+    return UserMesh(
+        id=hashlib.sha256(data).hexdigest()[:32],
+        name=name,
+        kind=kind,
+        size=len(data),
+        triangles=len(mesh.faces),
+        bounds=bounds,
+        pieces=tuple(piece.points / factor for piece in pieces),
+        created_at="",
+    )

@@ -1,0 +1,141 @@
+"""From the files of a user to a robot: checked, its chain chosen, its meshes taken apart."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+from xml.etree import ElementTree
+
+from models.errors import InvalidInput
+from models.links import LinkBody
+from models.robot import Robot
+from models.urdf import robot_from_document
+from models.urdf_bodies import mesh_names, urdf_link_bodies
+from models.urdf_file import build_model, parse_document
+from service.issues import InvalidRequest, Issues, shortened
+from service.mesh_archive import MeshArchive
+from service.settings import Limits
+from service.user_robot import UserRobot
+
+_FIELDS = ("/base_link", "/tip")
+
+
+@dataclass(frozen=True, slots=True)
+class RobotFiles:
+    """What a user sends.
+
+    Attributes:
+        name: that the robot is to have.
+        file: name of the URDF file. urdf: its contents.
+        meshes: contents of the zip, or None.
+        base_link: see `models.urdf.robot_from_urdf`. tip: likewise.
+    """
+
+    name: str
+    file: str
+    urdf: bytes
+    meshes: bytes | None = None
+    base_link: str | None = None
+    tip: str | None = None
+
+
+@dataclass(frozen=True)
+class Described:
+    """A URDF that was understood, before its meshes are taken apart."""
+
+    document: ElementTree.Element
+    model: Any
+    robot: Robot
+
+
+def robot_from_files(files: RobotFiles, limits: Limits) -> UserRobot:
+    """The robot in a user's files.
+
+    Raises:
+        InvalidRequest: with everything that is wrong with them; the pointers name parts of the form.
+    """
+    issues = Issues()
+    described, archive = None, None
+    try:
+        described = describe(files)
+    except InvalidInput as error:
+        _note(error, issues)
+    with issues.at("/meshes"):
+        archive = MeshArchive(files.meshes, limits)
+    if described is None or archive is None:
+        raise InvalidRequest(issues.found)
+    contents = _contents(mesh_names(described.document), archive, issues)
+    issues.raise_any()
+    try:
+        return replace(complete(described, files, contents), meshes=archive.used)
+    except InvalidInput as error:
+        _note(error, issues)
+        raise InvalidRequest(issues.found) from error
+
+
+def _contents(names: Mapping[str, Sequence[str]], archive: MeshArchive, issues: Issues) -> dict[str, bytes]:
+    """Contents of all meshes that a URDF names; those that are not there are noted."""
+    contents = {}
+    for filename, links in names.items():
+        try:
+            contents[filename] = archive(filename)
+        except InvalidInput as error:
+            named = f"{shortened(filename, 120)} of link {', '.join(links[:5])}"
+            issues.add("/meshes", f"Mesh {named}: {error.detail}", "invalid-robot")
+    return contents
+
+
+def _note(error: InvalidInput, issues: Issues) -> None:
+    """Note what is wrong with a URDF under the part of the form that has to change."""
+    issues.add(error.pointer if error.pointer in _FIELDS else f"/urdf{error.pointer}", error.detail, error.code)
+
+
+def describe(files: RobotFiles) -> Described:
+    """The kinematics in a user's files.
+
+    Raises:
+        InvalidRobot: see `models.urdf.robot_from_document`.
+    """
+    document = parse_document(files.urdf, files.file)
+    model = build_model(document)
+    robot = robot_from_document(document, model, files.file, files.base_link, files.tip)
+    return Described(document, model, replace(robot, name=files.name))
+
+
+def complete(described: Described, files: RobotFiles, contents: Mapping[str, bytes]) -> UserRobot:
+    """The whole robot.
+
+    Args:
+        described: see `describe`.
+        files: what it was made from.
+        contents: of every mesh of `mesh_names`.
+
+    Raises:
+        InvalidRobot: see `models.urdf_bodies.urdf_link_bodies`.
+    """
+    robot = described.robot
+    bodies = urdf_link_bodies(described.document, described.model, robot, lambda name: contents[name])
+    robot = replace(robot, notes=(*robot.notes, *_unknown_shapes(robot, bodies)))
+    return UserRobot(robot, bodies or None, version_of(robot, files.urdf, contents))
+
+
+def version_of(robot: Robot, urdf: bytes, contents: Mapping[str, bytes]) -> str:
+    """Digest of the files and of the chain that was chosen in them."""
+    digest = hashlib.sha256()
+    parts = [urdf, robot.base_frame.encode(), robot.flange_frame.encode()]
+    for name in sorted(contents):
+        parts += [name.encode(), contents[name]]
+    for part in parts:
+        digest.update(hashlib.sha256(part).digest())  # parts of a fixed length: no two lists run together the same
+    return digest.hexdigest()[:32]
+
+
+def _unknown_shapes(robot: Robot, bodies: tuple[LinkBody, ...]) -> list[str]:
+    """What to say about links without geometry."""
+    if not bodies:
+        return ["The URDF has no collision geometry: the shape of the links is estimated from the kinematics."]
+    known = {body.link for body in bodies}
+    bare = [name for i, name in enumerate(robot.joint_names) if i + 1 not in known]
+    return [f"Without collision geometry, and not checked: what moves with {', '.join(bare)}."] if bare else []

@@ -1,0 +1,39 @@
+"""Uploaded meshes, as they are published in the OpenAPI document."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from service.schemas.base import Answer, Vector3
+
+_ID = "9f86d081884c7d659a2feaa0c55ad015"
+
+
+class BoundingBox(Answer):
+    """The smallest box along the axes of the file that holds the mesh."""
+
+    lower: Vector3 = Field(description="Least x, y, z in the units of the file.", examples=[[-50.0, -50.0, 0.0]])
+    upper: Vector3 = Field(description="Greatest x, y, z in the units of the file.", examples=[[50.0, 50.0, 120.0]])
+
+
+class Mesh(Answer):
+    """A solid that was uploaded."""
+
+    id: str = Field(description="Identifier: a digest of the file. Shapes of requests refer to it.", examples=[_ID])
+    name: str = Field(description="Label; the name of the file if none was given.", examples=["fixture"])
+    format: str = Field(description="Of the file: stl or obj.", examples=["stl"])
+    size: int = Field(description="Bytes of the file.", examples=[60_084])
+    triangles: int = Field(description="Number of triangles.", examples=[1200])
+    bounding_box: BoundingBox = Field(
+        description="Where it is, in the units of the file: does it need a scale of 0.001?"
+    )
+    pieces: int = Field(description="Convex pieces that stand for it; together they contain it.", examples=[7])
+    created_at: str = Field(description="RFC 3339.", examples=["2026-11-22T09:30:00.000000Z"])
+    href: str = Field(description="Address of this resource.", examples=[f"/v1/meshes/{_ID}"])
+
+
+class MeshPage(Answer):
+    """All meshes."""
+
+    items: list[Mesh] = Field(description="The meshes by name.")
+    next_cursor: str | None = Field(description="Always null: the list is short.", examples=[None])

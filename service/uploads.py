@@ -1,0 +1,191 @@
+"""Robots and meshes that users send: read, checked, kept; and removed again."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from datetime import UTC, datetime
+from typing import Any
+
+from fastapi import Request
+from fastapi.concurrency import run_in_threadpool
+
+from models import catalogue
+from service.form import Form, read_form
+from service.intake import Intake
+from service.issues import InvalidRequest, Issue, shortened
+from service.library import Library
+from service.mesh_intake import mesh_from_file
+from service.problems import Problem
+from service.resources import timestamp
+from service.robot_intake import RobotFiles, robot_from_files
+from service.settings import Limits, Settings
+from service.shelf import NAME, Shelf
+from service.user_mesh import UserMesh, mesh_document
+from service.user_robot import as_document
+
+log = logging.getLogger(__name__)
+
+MOST_LABEL = 200
+"""Characters of the label of a mesh."""
+
+
+async def take_robot(request: Request, library: Library, intake: Intake, settings: Settings) -> str:
+    """Keep the robot in the body of a request; returns its name.
+
+    Raises:
+        Problem: the body is no form or too large, the name is taken, there is no place for another robot.
+        InvalidRequest: the robot cannot be used.
+    """
+    async with intake.place():
+        form = await read_form(
+            request,
+            texts=("name", "base_link", "tip"),
+            files=("urdf", "meshes"),
+            required=("name", "urdf"),
+            most=settings.max_upload,
+            within=settings.upload_time_limit,
+        )
+        name = form.texts["name"]
+        await run_in_threadpool(_check_name, name, library)
+        _check_place(library.robot_shelf, settings)
+        robot = await intake.run(robot_from_files, _robot_files(name, form), Limits(**settings.model_dump()))
+    dated = replace(robot, created_at=timestamp(datetime.now(UTC)) or "")
+    if not await run_in_threadpool(_put, library.robot_shelf, name, as_document(dated), settings):
+        raise _exists(name)
+    return name
+
+
+async def take_mesh(request: Request, library: Library, intake: Intake, settings: Settings) -> tuple[UserMesh, bool]:
+    """Keep the mesh in the body of a request; returns it, and whether it is new.
+
+    Raises:
+        Problem: the body is no form or too large, or there is no place for another mesh.
+        InvalidRequest: the mesh cannot be used.
+    """
+    async with intake.place():
+        form = await read_form(
+            request,
+            texts=("name",),
+            files=("mesh",),
+            required=("mesh",),
+            most=settings.max_upload,
+            within=settings.upload_time_limit,
+        )
+        file = form.files["mesh"]
+        label = form.texts.get("name", file.name)
+        _check_label(label)
+        _check_place(library.mesh_shelf, settings)
+        mesh = await intake.run(mesh_from_file, file.data, file.name, label)
+    dated = replace(mesh, created_at=timestamp(datetime.now(UTC)) or "")
+    new = await run_in_threadpool(_put, library.mesh_shelf, mesh.id, mesh_document(dated), settings)
+    kept = await run_in_threadpool(library.user_mesh, mesh.id)
+    return kept or dated, new
+
+
+def drop_robot(name: str, library: Library, settings: Settings) -> None:
+    """Remove a user's robot; layouts that were accepted before still get it for a while.
+
+    Raises:
+        Problem: there is no such robot, or it is one of the catalogue.
+    """
+    if name in catalogue.names():
+        raise Problem(
+            "catalogue-robot", f"{name} belongs to the catalogue and stays. Only uploaded robots can be deleted."
+        )
+    found = library.user_robot(name) if NAME.fullmatch(name) else None
+    with _writing():
+        taken = found is not None and library.robot_shelf.take(name, found.version)
+        library.robot_shelf.forget(settings.keep_deleted)
+    if not taken:
+        raise Problem("robot-not-found", f"No uploaded robot is called {shortened(name)}. `GET /v1/robots` lists them.")
+
+
+def drop_mesh(mesh_id: str, library: Library, settings: Settings) -> None:
+    """Remove a mesh; layouts that were accepted before still get it for a while.
+
+    Raises:
+        Problem: there is no such mesh.
+    """
+    with _writing():
+        taken = library.mesh_shelf.take(mesh_id, mesh_id)
+        library.mesh_shelf.forget(settings.keep_deleted)
+    if not taken:
+        raise no_mesh(mesh_id)
+
+
+def no_mesh(mesh_id: str) -> Problem:
+    """What to say about a mesh that is not there."""
+    return Problem("mesh-not-found", f"There is no mesh {shortened(mesh_id)}. `GET /v1/meshes` lists all of them.")
+
+
+def _robot_files(name: str, form: Form) -> RobotFiles:
+    urdf, meshes = form.files["urdf"], form.files.get("meshes")
+    return RobotFiles(
+        name=name,
+        file=_printable(urdf.name) or "robot.urdf",
+        urdf=urdf.data,
+        meshes=None if meshes is None else meshes.data,
+        base_link=form.texts.get("base_link"),
+        tip=form.texts.get("tip"),
+    )
+
+
+def _printable(name: str) -> str:
+    """A file name as it may appear in documents and tables."""
+    return "".join(letter for letter in name if letter.isprintable())[:100]
+
+
+def _check_name(name: str, library: Library) -> None:
+    """Refuse names that are no file names, and those that are taken, whatever the case of their letters."""
+    if not NAME.fullmatch(name):
+        detail = (
+            f"{shortened(name)} is no name for a robot; allowed are 1 to 64 letters a-z and A-Z, digits, '.', '_' and "
+            "'-', the first a letter or digit. Choose such a name."
+        )
+        raise InvalidRequest([Issue("/name", detail)])
+    if name.lower() in {known.lower() for known in catalogue.names()}:
+        detail = f"{name!r} is a robot of the catalogue. Choose another name."
+        raise Problem("catalogue-robot", detail, errors=[Issue("/name", detail)])
+    if name.lower() in {known.lower() for known in library.robot_shelf.names()}:
+        raise _exists(name)
+
+
+def _exists(name: str) -> Problem:
+    detail = f"There is a robot {name!r} already. Choose another name, or delete it first."
+    return Problem("robot-exists", detail, errors=[Issue("/name", detail)])
+
+
+def _check_label(label: str) -> None:
+    if len(label) > MOST_LABEL or not label.isprintable():
+        detail = f"The name must have at most {MOST_LABEL} printable characters. Shorten it."
+        raise InvalidRequest([Issue("/name", detail)])
+
+
+def _check_place(shelf: Shelf, limits: Limits) -> None:
+    if shelf.count() >= limits.max_kept:
+        raise Problem(
+            "too-many-kept",
+            f"{shelf.count()} are kept, lately deleted ones included; allowed are {limits.max_kept} "
+            "(DUOCELL_MAX_KEPT). Delete some that are not needed any more.",
+        )
+
+
+def _put(shelf: Shelf, name: str, document: dict[str, Any], limits: Limits) -> bool:
+    """Put a document on its shelf; False if there is one already."""
+    with _writing():
+        shelf.forget(limits.keep_deleted)
+        return shelf.put(name, document)
+
+
+@contextmanager
+def _writing() -> Iterator[None]:
+    """A block in which a full disk or a read-only folder is a problem and no crash."""
+    try:
+        yield
+    except OSError as error:
+        log.error("the data directory cannot be written: %s", error)
+        detail = f"The data directory cannot be written ({error.strerror}); nothing was changed. Try again later."
+        raise Problem("not-writable", detail) from error

@@ -7,6 +7,7 @@ Xacro is not expanded: its expressions are programs.
 from __future__ import annotations
 
 from collections import Counter
+from math import isfinite
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -24,7 +25,19 @@ MOST_LINKS = 1000
 DEEPEST = 100
 """Elements within elements; a URDF needs five."""
 
+KINDS = ("revolute", "continuous", "fixed", "prismatic", "floating", "planar")
+"""Types of joints that a URDF may have; arms consist of the first three."""
+
 _TURNING = ("revolute", "continuous")
+
+_NUMBERS = (
+    ("origin", "xyz", 3),
+    ("origin", "rpy", 3),
+    ("axis", "xyz", 3),
+    ("limit", "lower", 1),
+    ("limit", "upper", 1),
+)
+"""Element, attribute and amount of the numbers of a joint."""
 
 
 def read_document(file: Path) -> ElementTree.Element:
@@ -120,14 +133,42 @@ def _check_document(root: ElementTree.Element) -> None:
             )
         if len(count) > MOST_LINKS:
             raise InvalidRobot(f"the URDF has {len(count)} {tag}s; at most {MOST_LINKS} are read.")
+    links = {link.get("name", "") for link in root.findall("link")}
     for joint in root.findall("joint"):
-        name = joint.get("name")
-        if joint.get("type") == "revolute" and joint.find("limit") is None:
-            raise InvalidRobot(
-                f"joint {name} is revolute but has no <limit>; add lower and upper, "
-                'or make it type="continuous" if it turns without end.',
-                f"/joints/{name}",
-            )
+        fault = _fault(joint, links)
+        if fault:
+            raise InvalidRobot(f"joint {joint.get('name')} {fault}", f"/joints/{joint.get('name')}")
+
+
+def _fault(joint: ElementTree.Element, links: set[str]) -> str:
+    """What is wrong with a joint by itself, or ""."""
+    kind = joint.get("type")
+    if kind not in KINDS:
+        return f"is of the type {kind!r}; a URDF knows {', '.join(KINDS)}."
+    for end in ("parent", "child"):
+        element = joint.find(end)
+        link = None if element is None else element.get("link")
+        if link not in links:
+            return f"has the {end} {link!r}, which is no link of this URDF."
+    if kind == "revolute" and joint.find("limit") is None:
+        return (
+            'is revolute but has no <limit>; add lower and upper, or make it type="continuous" if it turns without end.'
+        )
+    for tag, attribute, count in _NUMBERS:
+        element = joint.find(tag)
+        text = None if element is None else element.get(attribute)
+        if text is not None and not _numeric(text, count):
+            return f"has {attribute}={text[:60]!r} in <{tag}>; {count} finite number(s) are needed."
+    return ""
+
+
+def _numeric(text: str, count: int) -> bool:
+    """Whether a text is so many finite numbers."""
+    try:
+        values = [float(word) for word in text.split()]
+    except ValueError:
+        return False
+    return len(values) == count and all(map(isfinite, values))
 
 
 def build_model(document: ElementTree.Element) -> Any:
@@ -143,29 +184,10 @@ def build_model(document: ElementTree.Element) -> Any:
     try:
         return pin.buildModelFromXML(ElementTree.tostring(bare, encoding="unicode"))
     except (ValueError, RuntimeError) as error:
-        raise InvalidRobot(_reason(document)) from error
-
-
-def _reason(document: ElementTree.Element) -> str:
-    """Why Pinocchio takes the links and joints for no tree, as far as that is plain."""
-    links = {link.get("name") for link in document.findall("link")}
-    for joint in document.findall("joint"):
-        name, kind = joint.get("name"), joint.get("type")
-        if kind not in KINDS:
-            return f"joint {name} is of the type {kind!r}; a URDF knows {', '.join(KINDS)}."
-        for end in ("parent", "child"):
-            element = joint.find(end)
-            link = None if element is None else element.get("link")
-            if link not in links:
-                return f"the {end} of joint {name} is {link!r}, which is no link of this URDF."
-    return (
-        "Pinocchio finds no valid tree of links in this URDF: every joint needs a type, a parent and a child link "
-        "that exist, every link but one must be a child exactly once."
-    )
-
-
-KINDS = ("revolute", "continuous", "fixed", "prismatic", "floating", "planar")
-"""Types of joints that a URDF may have; arms consist of the first three."""
+        raise InvalidRobot(
+            "Pinocchio finds no valid tree of links in this URDF: every joint needs a type, a parent and a child link "
+            "that exist, every link but one must be a child exactly once."
+        ) from error
 
 
 def unusable_joints(document: ElementTree.Element) -> dict[str, str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -35,21 +36,26 @@ def library_from(data_dir: Path, options: Sequence[str]) -> Library:
         InvalidRequest: an option or its file cannot be used.
     """
     from models.errors import InvalidInput
-    from models.urdf import robot_from_urdf
     from service.library import Library
-    from service.user_robot import UserRobot
+    from service.urdf_on_disk import robot_on_disk
 
     robots = {}
     for option in options:
         name, _, rest = option.partition("=")
-        if not name or not rest:
-            raise InvalidRequest([Issue("", f"--robot-urdf {option!r}: NAME=FILE[:BASE[:TIP]] is needed.")])
+        if not name or not rest or "@" in name:
+            raise InvalidRequest(
+                [Issue("", f"--robot-urdf {option!r}: NAME=FILE[:BASE[:TIP]] is needed, without @ in NAME.")]
+            )
         path, base, tip = (*rest.split(":"), "", "")[:3]
         try:
-            robots[name] = UserRobot(robot_from_urdf(path, base or None, tip or None), None, "given")
+            robots[name] = robot_on_disk(name, Path(path), base or None, tip or None, partial(_warn, option))
         except InvalidInput as error:
             raise InvalidRequest([Issue("", f"--robot-urdf {option}: {error.detail}", error.code)]) from error
     return Library(data_dir, given=robots, deleted=True)
+
+
+def _warn(option: str, detail: str) -> None:
+    sys.stderr.write(f"warning: --robot-urdf {option}: {detail}\n")
 
 
 def complain(issues: Iterable[Issue]) -> int:

@@ -78,7 +78,7 @@ class MeshArchive:
         raise InvalidInput(f"it is not in the zip; {there}. Add it.")
 
     def _read(self, entry: zipfile.ZipInfo) -> bytes:
-        """Contents of an entry, and no more of them than it announced."""
+        """Contents of an entry: never more of them than the limits allow, and as many as it announces."""
         if self._zip is None:
             raise AssertionError("an entry without a zip")
         try:
@@ -89,8 +89,10 @@ class MeshArchive:
                 f"{_quoted(entry.filename)} in the zip cannot be read ({error}). Pack it anew."
             ) from error
         self._most -= len(data)
-        if len(data) > entry.file_size or self._most < 0:
-            raise InvalidInput(f"{_quoted(entry.filename)} in the zip is larger than it claims to be. Pack it anew.")
+        if len(data) != entry.file_size or self._most < 0:
+            raise InvalidInput(
+                f"{_quoted(entry.filename)} in the zip is not as large as it claims to be. Pack it anew."
+            )
         return data
 
 

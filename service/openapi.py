@@ -6,10 +6,12 @@ from typing import Any
 
 from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
+from pydantic import BaseModel
 
 from service.problems import MEDIA_TYPE
 from service.schemas.evaluate import EVALUATE_EXAMPLE
 from service.schemas.request import EXAMPLE
+from service.schemas.uploads import MeshUpload, RobotUpload
 
 DESCRIPTION = """\
 Where should the arms of a workcell be bolted down? Send the poses that a part goes through and the arms that carry it;
@@ -47,7 +49,7 @@ PROBLEMS = {
 """What an error status means; the standard's phrases differ from one Python to the next."""
 
 HEADERS: dict[str, dict[str, Any]] = {
-    "Location": {"description": "Address of the layout.", "schema": {"type": "string"}},
+    "Location": {"description": "Address of the resource.", "schema": {"type": "string"}},
     "ETag": {"description": "Changes whenever the layout does.", "schema": {"type": "string"}},
     "Retry-After": {"description": "Seconds after which to ask again.", "schema": {"type": "integer"}},
     "Preference-Applied": {"description": "The wait that was granted (RFC 7240).", "schema": {"type": "string"}},
@@ -65,6 +67,9 @@ HEADERS: dict[str, dict[str, Any]] = {
 SENT_WITH: dict[tuple[str, str], list[str]] = {
     ("create_layout", "200"): ["Location", "ETag", "Preference-Applied"],
     ("create_layout", "202"): ["Location", "ETag", "Retry-After", "Preference-Applied"],
+    ("create_robot", "201"): ["Location"],
+    ("create_mesh", "200"): ["Location"],
+    ("create_mesh", "201"): ["Location"],
     ("get_layout", "200"): ["ETag", "Retry-After"],
     ("get_layout", "304"): ["ETag"],
 }
@@ -101,9 +106,17 @@ def _body(description: str, schema: str, example: dict[str, Any]) -> dict[str, A
     return {"required": True, "description": description, "content": {"application/json": content}}
 
 
+def _form(model: type[BaseModel]) -> dict[str, Any]:
+    """A form."""
+    content = {"schema": {"$ref": f"#/components/schemas/{model.__name__}"}}
+    return {"required": True, "description": str(model.__doc__), "content": {"multipart/form-data": content}}
+
+
+FORMS = {"create_robot": RobotUpload, "create_mesh": MeshUpload}
 BODIES = {
     "create_layout": _body("The task, the arms, and where their bases may stand.", "LayoutRequest", EXAMPLE),
     "evaluate_layout": _body("The task, the arms, and where their bases stand.", "EvaluateRequest", EVALUATE_EXAMPLE),
+    **{name: _form(form) for name, form in FORMS.items()},
 }
 LAYOUT_LINK = {
     "layout": {
@@ -114,7 +127,8 @@ LAYOUT_LINK = {
 }
 TAGS = [
     {"name": "layouts", "description": "Ask for layouts and fetch them."},
-    {"name": "robots", "description": "The robots that a request may name."},
+    {"name": "robots", "description": "The robots that a request may name: built in, or brought by users."},
+    {"name": "meshes", "description": "Solids brought by users, for obstacles, parts and tools."},
     {"name": "service", "description": "Health of the service, meaning of its problems."},
 ]
 
@@ -145,6 +159,8 @@ def completed(schema: dict[str, Any]) -> dict[str, Any]:
     for path in schema["paths"].values():
         for operation in path.values():
             _complete(operation)
+    for form in FORMS.values():
+        schema["components"]["schemas"][form.__name__] = form.model_json_schema()
     schema["components"]["headers"] = HEADERS
     schema["components"]["securitySchemes"] = SECURITY
     schema["security"] = [{}, *({name: []} for name in SECURITY)]

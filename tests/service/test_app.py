@@ -60,7 +60,7 @@ def test_an_unknown_robot_is_answered_with_near_names(client: TestClient) -> Non
         ("GET", "/static/none.js", 404, "not-found"),
         ("GET", "/problems/none", 404, "not-found"),
         ("DELETE", "/v1/layouts", 405, "method-not-allowed"),
-        ("POST", "/v1/robots", 405, "method-not-allowed"),
+        ("PUT", "/v1/robots", 405, "method-not-allowed"),
         ("PUT", "/v1/layouts/none", 405, "method-not-allowed"),
     ],
 )

@@ -5,12 +5,14 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+import trimesh
 from fastapi.testclient import TestClient
 from jsonschema import Draft202012Validator
 from openapi_spec_validator import OpenAPIV31SpecValidator
 
 from service.executor import SolveFailed
 from service.schemas.evaluate import EVALUATE_EXAMPLE
+from tests.support import own_robot
 
 Document = dict[str, Any]
 
@@ -35,13 +37,19 @@ def test_every_operation_is_named_and_explained(published: Document) -> None:
     names = [operation["operationId"] for _, _, operation in operations(published)]
     assert sorted(names) == [
         "create_layout",
+        "create_mesh",
+        "create_robot",
+        "delete_mesh",
+        "delete_robot",
         "evaluate_layout",
         "get_health",
         "get_layout",
+        "get_mesh",
         "get_problem",
         "get_readiness",
         "get_robot",
         "list_layouts",
+        "list_meshes",
         "list_robots",
     ]
     for _, _, operation in operations(published):
@@ -140,6 +148,17 @@ def schema_of(published: Document, operation_id: str, status: int, media_type: s
     raise AssertionError(operation_id)
 
 
+BROKEN_FORM = {"Content-Type": "multipart/form-data"}
+
+
+def bring_robot(client: TestClient, name: str = "own") -> Any:
+    return client.post("/v1/robots", data={"name": name}, files={"urdf": ("own.urdf", own_robot.urdf({}))})
+
+
+def bring_mesh(client: TestClient, file: str = "box.stl") -> Any:
+    return client.post("/v1/meshes", files={"mesh": (file, own_robot.as_stl(trimesh.creation.box((1.0, 2.0, 3.0))))})
+
+
 @pytest.mark.parametrize(
     ("operation_id", "status", "ask"),
     [
@@ -156,6 +175,22 @@ def schema_of(published: Document, operation_id: str, status: int, media_type: s
         ("list_robots", 200, lambda c, e: c.get("/v1/robots")),
         ("get_robot", 200, lambda c, e: c.get("/v1/robots/puma560")),
         ("get_robot", 404, lambda c, e: c.get("/v1/robots/none")),
+        ("create_robot", 201, lambda c, e: bring_robot(c)),
+        ("create_robot", 400, lambda c, e: c.post("/v1/robots", content=b"x", headers=BROKEN_FORM)),
+        ("create_robot", 409, lambda c, e: bring_robot(c, "puma560")),
+        ("create_robot", 415, lambda c, e: c.post("/v1/robots", json=e)),
+        ("create_robot", 422, lambda c, e: bring_robot(c, "..")),
+        ("get_robot", 200, lambda c, e: (bring_robot(c), c.get("/v1/robots/own"))[1]),
+        ("list_robots", 200, lambda c, e: (bring_robot(c), c.get("/v1/robots"))[1]),
+        ("delete_robot", 404, lambda c, e: c.delete("/v1/robots/none")),
+        ("delete_robot", 409, lambda c, e: c.delete("/v1/robots/puma560")),
+        ("create_mesh", 201, lambda c, e: bring_mesh(c)),
+        ("create_mesh", 200, lambda c, e: (bring_mesh(c), bring_mesh(c))[1]),
+        ("create_mesh", 422, lambda c, e: bring_mesh(c, "fork.step")),
+        ("list_meshes", 200, lambda c, e: (bring_mesh(c), c.get("/v1/meshes"))[1]),
+        ("get_mesh", 200, lambda c, e: c.get(bring_mesh(c).headers["location"])),
+        ("get_mesh", 404, lambda c, e: c.get("/v1/meshes/none")),
+        ("delete_mesh", 404, lambda c, e: c.delete("/v1/meshes/none")),
         ("get_health", 200, lambda c, e: c.get("/healthz")),
         ("get_readiness", 200, lambda c, e: c.get("/readyz")),
         ("get_problem", 200, lambda c, e: c.get("/problems/queue-full")),
@@ -169,6 +204,19 @@ def test_answers_are_what_the_document_says(
     assert answer.status_code == status
     media_type = answer.headers["content-type"]
     check(answer.json(), schema_of(published, operation_id, status, media_type), published, operation_id)
+
+
+def test_uploads_are_described_as_forms(published: Document) -> None:
+    for path, form, required in (
+        ("/v1/robots", "RobotUpload", ["name", "urdf"]),
+        ("/v1/meshes", "MeshUpload", ["mesh"]),
+    ):
+        body = published["paths"][path]["post"]["requestBody"]
+        assert body["content"]["multipart/form-data"]["schema"] == {"$ref": f"#/components/schemas/{form}"}
+        schema = published["components"]["schemas"][form]
+        assert schema["required"] == required
+        assert schema["properties"][required[-1]]["format"] == "binary"
+        assert "Location" in published["paths"][path]["post"]["responses"]["201"]["headers"]
 
 
 def test_a_failed_layout_fits_its_schema_too(

@@ -1,0 +1,58 @@
+"""Forms that users send, as they are published in the OpenAPI document."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema
+
+from service.shelf import NAME
+
+Upload = Annotated[
+    bytes, WithJsonSchema({"type": "string", "format": "binary", "contentMediaType": "application/octet-stream"})
+]
+"""A file: OpenAPI 3.1 says so by its media type, and many generators of clients by the format."""
+
+
+class RobotUpload(BaseModel):
+    """A robot: a URDF file and the meshes of its collision geometry."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    name: str = Field(
+        pattern=f"^{NAME.pattern}$",
+        description="What requests will call it; not the name of another robot.",
+        examples=["my_arm"],
+    )
+    urdf: Upload = Field(
+        description="The URDF file, at most 4 MB. Links, joints and `<collision>` elements count, nothing else does. "
+        "Xacro is not expanded: send what `xacro arm.urdf.xacro` writes."
+    )
+    meshes: Upload | None = Field(
+        default=None,
+        description="A zip with the STL or OBJ files that the collision geometry names. Each is looked for by the end "
+        "of its path: `package://my_arm/meshes/base.stl` is found as `meshes/base.stl` or as `base.stl`.",
+    )
+    base_link: str | None = Field(
+        default=None,
+        description="Link that becomes the base frame; left out: the root of the file.",
+        examples=["base_link"],
+    )
+    tip: str | None = Field(
+        default=None,
+        description="Link that becomes the flange; left out: the end of the longest chain of turning joints.",
+        examples=["tool0"],
+    )
+
+
+class MeshUpload(BaseModel):
+    """A solid: an STL or OBJ file."""
+
+    model_config = ConfigDict(extra="forbid")
+
+    mesh: Upload = Field(
+        description="The file; its name ends in .stl or .obj. Units are up to you: shapes have a scale."
+    )
+    name: str | None = Field(
+        default=None, max_length=200, description="Label; left out: the name of the file.", examples=["fixture"]
+    )

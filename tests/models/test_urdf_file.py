@@ -1,0 +1,59 @@
+"""XML that is meant to do harm, or is no URDF: refused at once, in words."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from models.errors import InvalidRobot
+from models.urdf_file import parse_document
+
+LAUGHS = "".join(f'<!ENTITY l{i} "{f"&l{i - 1};" * 10}">' for i in range(1, 12))
+BILLION_LAUGHS = f'<?xml version="1.0"?><!DOCTYPE robot [<!ENTITY l0 "lol">{LAUGHS}]><robot name="&l11;"/>'
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (BILLION_LAUGHS.encode(), "document type"),
+        (BILLION_LAUGHS.encode("utf-16"), "document type"),
+        (b'<!DOCTYPE robot SYSTEM "file:///etc/passwd"><robot name="a"/>', "document type"),
+        (b'<!DOCTYPE r [<!ENTITY e SYSTEM "file:///etc/passwd">]><robot name="a">&e;</robot>', "document type"),
+        (b"<robot>" + b"<a>" * 1_000_000, "nested"),
+        (b"<robot>" + b" " * 4_000_000 + b"</robot>", "4000000"),
+        (b'<?xml version="1.0" encoding="klingon"?><robot/>', "encoding"),
+        (b'<?xml version="1.0" encoding="undefined"?><robot/>', "undefined"),
+        (b"\x00" * 1000, "no valid XML"),
+        (b'<robot name="a&#0;b"/>', "no valid XML"),
+        (b"solid not a urdf", "no valid XML"),
+        ("<robot>" + "".join(f'<link name="l{i}"/>' for i in range(1001)) + "</robot>", "1001 links"),
+    ],
+)
+def test_refused_in_words_and_at_once(data: bytes | str, words: str) -> None:
+    started = time.perf_counter()
+    with pytest.raises(InvalidRobot, match=words):
+        parse_document(data.encode() if isinstance(data, str) else data)
+    assert time.perf_counter() - started < 5.0
+
+
+@pytest.mark.parametrize(
+    "inside",
+    [
+        '<xacro:include filename="$(find arm)/urdf/arm.xacro"/>',
+        '<link name="a"/><joint name="j" type="fixed"><origin xyz="0 0 ${1/3}"/></joint>',
+        '<link name="$(arg prefix)base"/>',
+    ],
+)
+def test_xacro_is_refused_with_the_command_that_expands_it(inside: str) -> None:
+    for prefix in ("http://www.ros.org/wiki/xacro", "elsewhere"):
+        with pytest.raises(InvalidRobot, match=r"xacro arm\.urdf\.xacro > arm\.urdf"):
+            parse_document(f'<robot name="a" xmlns:xacro="{prefix}">{inside}</robot>'.encode())
+
+
+def test_an_expanded_xacro_may_keep_the_declaration_of_its_prefix() -> None:
+    joint = '<joint name="j" type="fixed"><parent link="a"/><child link="b"/></joint>'
+    text = (
+        f'<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="a"/><link name="b"/>{joint}</robot>'
+    )
+    assert [link.get("name") for link in parse_document(text.encode()).findall("link")] == ["a", "b"]

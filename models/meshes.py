@@ -117,7 +117,7 @@ def read_triangles(data: bytes, kind: str) -> Mesh:
     except Exception as error:  # the readers raise whatever broken bytes lead to
         raise InvalidInput(f"this is no readable {suffix} file ({type(error).__name__}).", "/mesh") from error
     if len(faces) == 0:
-        raise InvalidInput("the mesh has no triangles.", "/mesh")
+        raise InvalidInput(f"no triangles were found; is this a complete {suffix} file?", "/mesh")
     if len(faces) > MOST_TRIANGLES:
         raise InvalidInput(
             f"the mesh has {len(faces)} triangles; at most {MOST_TRIANGLES} are accepted. "

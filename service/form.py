@@ -75,6 +75,10 @@ async def read_form(
             data = await parser.parse()
     except TimeoutError as error:
         raise Problem("too-slow", f"The form did not arrive within {within:g} s. Send it again.") from error
+    except OSError as error:  # large parts go through a temporary file
+        raise Problem(
+            "not-writable", f"There is no room for the upload ({error.strerror}). Try again later."
+        ) from error
     except (MultiPartException, ValueError) as error:  # broken, or in an encoding nobody knows
         message = getattr(error, "message", str(error)).rstrip(".")
         raise Problem(

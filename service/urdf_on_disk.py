@@ -41,9 +41,10 @@ def robot_on_disk(
     described = describe(files)
     try:
         contents = _contents(described, path)
-        return _kept(described.robot, version_of(described.robot, files.urdf, contents)) or _keep(
-            complete(described, files, contents)
-        )
+        if not contents:
+            return complete(described, files, contents)
+        kept = _kept(described.robot, version_of(described.robot, files.urdf, contents))
+        return kept or _keep(complete(described, files, contents))
     except InvalidInput as error:
         warn(f"{error.detail} {ESTIMATED}")
         return UserRobot(described.robot, None, version_of(described.robot, files.urdf, {}))

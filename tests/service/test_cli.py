@@ -13,7 +13,14 @@ from typing import Any
 
 import pytest
 
+from models.meshes import Mesh, convex_pieces
+from models.shapes import ConvexHull
 from service.cli import main
+from service.library import Library
+from service.robot_intake import RobotFiles, robot_from_files
+from service.settings import Limits
+from service.user_robot import as_document
+from tests.support import own_robot
 
 Document = dict[str, Any]
 
@@ -225,6 +232,59 @@ def test_a_robot_from_a_urdf_file(tmp_path: Path, small: Document) -> None:
     assert json.loads(output.read_text())["result"]["verification"]["max_position_error"] < 1e-6
     assert main(["figure", str(output), "-o", str(tmp_path / "a.svg"), "--robot-urdf", f"mine={urdf}:base:tool"]) == 0
     assert main(["solve", write(tmp_path, small)]) == 2
+
+
+def test_a_urdf_file_brings_the_shape_of_its_links(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], small: Document
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    folder = tmp_path / "own_arm" / "urdf"
+    for name, data in own_robot.meshes().items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_bytes(data)
+    folder.mkdir()
+    (folder / "own.urdf").write_text(own_robot.urdf())
+    small["arms"][0] |= {"robot": "own", "reference": None}
+    option = ["--robot-urdf", f"own={folder / 'own.urdf'}"]
+    solve = ["solve", write(tmp_path, small), "-o", str(tmp_path / "result.json"), *option]
+
+    def geometry() -> str:
+        assert main(solve) == 0
+        arm = json.loads((tmp_path / "result.json").read_text())["result"]["arms"][0]
+        return str(arm["geometry"])
+
+    taken_apart: list[Mesh] = []
+
+    def counted(mesh: Mesh) -> tuple[ConvexHull, ...]:
+        taken_apart.append(mesh)
+        return convex_pieces(mesh)
+
+    monkeypatch.setattr("models.urdf_bodies.convex_pieces", counted)
+    assert [geometry(), geometry()] == ["mesh", "mesh"]
+    assert len(taken_apart) == 3  # of three meshes; the second time they were known
+    assert capsys.readouterr().err == ""
+
+    (tmp_path / "own_arm" / "meshes" / "collision" / "base.stl").unlink()
+    assert geometry() == "estimated"
+    warning = capsys.readouterr().err
+    assert "base.stl of link base_link" in warning
+    assert "estimated" in warning
+
+
+def test_robots_of_the_data_folder_are_known(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], small: Document
+) -> None:
+    monkeypatch.setenv("DUOCELL_DATA_DIR", str(tmp_path))
+    files = RobotFiles("own", "own.urdf", own_robot.urdf({}).replace("turn_1", "[/turn]").encode())
+    Library(tmp_path).robot_shelf.put("own", as_document(robot_from_files(files, Limits())))
+    assert main(["robots"]) == 0
+    assert "own arm" in capsys.readouterr().out
+    assert main(["robots", "own"]) == 0
+    shown = capsys.readouterr().out
+    assert "[/turn]" in shown
+    assert "shape of the links: estimated" in shown
+    small["arms"][0] |= {"robot": "own", "reference": None}
+    assert main(["solve", write(tmp_path, small)]) == 0
 
 
 def test_an_interrupt_is_130(tmp_path: Path, example: Document) -> None:

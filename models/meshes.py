@@ -15,9 +15,12 @@ from typing import Any
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import ConvexHull as Hull
+from scipy.spatial import QhullError
 
 from models.arrays import Floats, Ints, set_frozen
 from models.errors import InvalidInput
+from models.few_corners import enclosing_corners
 from models.shapes import LARGEST, ConvexHull
 
 FORMATS = ("stl", "obj")
@@ -137,18 +140,45 @@ def convex_pieces(mesh: Mesh) -> tuple[ConvexHull, ...]:
         InvalidInput: the mesh encloses no volume.
     """
     pieces: list[ConvexHull] = []
+    flat: list[Ints] = []
     for faces in _connected(mesh):
-        corners = mesh.vertices[np.unique(faces)]
-        try:
-            hull = ConvexHull(corners)
-        except InvalidInput:
-            continue  # a flat scrap
-        volume = abs(_signed_volume(mesh.vertices, faces))
-        whole = volume >= (1.0 - CONVEX) * _hull_volume(hull)
-        pieces.extend([hull] if whole else _decomposed(mesh.vertices, faces, hull))
-    if not pieces:
-        raise InvalidInput("the mesh encloses no volume; a solid is needed.", "/mesh")
-    return tuple(pieces)
+        found = _pieces_of(mesh.vertices, faces)
+        pieces += found
+        if not found:
+            flat.append(np.unique(faces))
+    return (*pieces, *_around_flat(mesh.vertices, flat, pieces))
+
+
+def _pieces_of(vertices: Floats, faces: Ints) -> list[ConvexHull]:
+    """Hulls of one connected part; none if it is flat."""
+    used = np.unique(faces)
+    if len(used) < 4:
+        return []
+    try:
+        around = Hull(vertices[used])
+        hull = ConvexHull(enclosing_corners(around))
+    except (InvalidInput, QhullError):
+        return []
+    whole = abs(_signed_volume(vertices, faces)) >= (1.0 - CONVEX) * around.volume
+    return [hull] if whole else _decomposed(vertices, faces, hull)
+
+
+def _around_flat(vertices: Floats, flat: Sequence[Ints], pieces: Sequence[ConvexHull]) -> list[ConvexHull]:
+    """The hull of all flat parts, unless they lie inside of the pieces: the sides of a solid may not hang together.
+
+    Raises:
+        InvalidInput: they have no volume even together, but stick out.
+    """
+    if not flat:
+        return []
+    points = vertices[np.unique(np.concatenate(flat))]
+    if pieces and _sticking_out(points, pieces) <= MISSED:
+        return []
+    try:
+        return [ConvexHull(enclosing_corners(Hull(points)))]
+    except (InvalidInput, QhullError, ValueError) as error:
+        what = "a part of the mesh" if pieces else "the mesh"
+        raise InvalidInput(f"{what} encloses no volume; a solid is needed.", "/mesh") from error
 
 
 def _connected(mesh: Mesh) -> list[Ints]:
@@ -158,19 +188,14 @@ def _connected(mesh: Mesh) -> list[Ints]:
     graph = coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
     _, labels = connected_components(graph, directed=False)
     of_face = labels[mesh.faces[:, 0]]
-    return [mesh.faces[of_face == label] for label in np.unique(of_face)]
+    order = np.argsort(of_face, kind="stable")
+    return np.split(mesh.faces[order], np.flatnonzero(np.diff(of_face[order])) + 1)
 
 
 def _signed_volume(vertices: Floats, faces: Ints) -> float:
     """Volume [m³] inside closed triangles (divergence theorem), about their middle so that rounding stays small."""
     a, b, c = (vertices[faces[:, i]] - vertices[faces].mean(axis=(0, 1)) for i in range(3))
     return float(np.einsum("fa,fa->", a, np.cross(b, c))) / 6.0
-
-
-def _hull_volume(hull: ConvexHull) -> float:
-    from scipy.spatial import ConvexHull as Hull
-
-    return float(Hull(hull.points).volume)
 
 
 def _decomposed(vertices: Floats, faces: Ints, hull: ConvexHull) -> list[ConvexHull]:
@@ -189,13 +214,16 @@ def _decomposed(vertices: Floats, faces: Ints, hull: ConvexHull) -> list[ConvexH
     hulls = []
     for points, _ in parts:
         try:
-            hulls.append(ConvexHull(points))
-        except InvalidInput:
+            hulls.append(ConvexHull(enclosing_corners(Hull(points))))
+        except (InvalidInput, QhullError, ValueError):
             continue
     return hulls if hulls and _sticking_out(vertices[used], hulls) <= MISSED else [hull]
 
 
 def _sticking_out(points: Floats, hulls: Sequence[ConvexHull]) -> float:
     """How far [m] the worst of the points lies outside of all hulls (at most; measured along normals of faces)."""
-    beyond = [np.max(points @ hull.planes[:, :3].T + hull.planes[:, 3], axis=1) for hull in hulls]
-    return float(np.max(np.min(beyond, axis=0)))
+    worst = -np.inf
+    for some in np.array_split(points, 1 + len(points) // 10_000):  # tens of megabytes at a time
+        beyond = [np.max(some @ hull.planes[:, :3].T + hull.planes[:, 3], axis=1) for hull in hulls]
+        worst = max(worst, float(np.max(np.min(beyond, axis=0))))
+    return worst

@@ -36,7 +36,7 @@ class Limits(BaseSettings):
     max_upload: int = Field(default=50_000_000, gt=0, description="bytes of an upload of a robot or a mesh")
     max_uploads: int = Field(default=4, ge=1, description="uploads that are read at the same time, or wait for it")
     max_kept: int = Field(default=1000, ge=1, description="uploaded robots, and uploaded meshes, that are kept")
-    upload_time_limit: float = Field(default=60.0, gt=0.0, description="s that reading an upload may take")
+    upload_time_limit: float = Field(default=120.0, gt=0.0, description="s that reading an upload may take")
     keep_deleted: float = Field(
         default=86400.0, ge=0.0, description="s that deleted robots and meshes are kept for layouts accepted before"
     )

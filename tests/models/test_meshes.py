@@ -98,6 +98,30 @@ def test_a_bracket_becomes_hulls_that_contain_it_and_leave_its_corner_free():
     assert all(np.array_equal(a.points, b.points) for a, b in zip(pieces, again, strict=True))
 
 
+def sheet(x: float) -> Mesh:
+    return Mesh(np.array([[x, 0, 0], [x + 1, 0, 0], [x, 1, 0], [x + 1, 1, 0]]), np.array([[0, 1, 2], [1, 3, 2]]))
+
+
+def both(first: Mesh, second: Mesh) -> Mesh:
+    count = len(first.vertices)
+    return Mesh(np.vstack([first.vertices, second.vertices]), np.vstack([first.faces, second.faces + count]))
+
+
+def test_a_solid_whose_triangles_do_not_hang_together_is_one_all_the_same():
+    soup = Mesh(CUBE.triangles.reshape(-1, 3), np.arange(36).reshape(-1, 3))
+    (piece,) = convex_pieces(soup)
+    assert np.ptp(piece.points, axis=0) == pytest.approx([1.0, 2.0, 3.0])
+
+
+def test_a_sheet_inside_of_a_solid_does_not_count_and_one_that_sticks_out_does():
+    cube = Mesh(CUBE.vertices, CUBE.faces)
+    inside = Mesh(sheet(0.0).vertices * 0.3, sheet(0.0).faces)
+    (piece,) = convex_pieces(both(cube, inside))
+    assert np.ptp(piece.points, axis=0) == pytest.approx([1.0, 2.0, 3.0])
+    with pytest.raises(InvalidInput, match="a part of the mesh encloses no volume"):
+        convex_pieces(both(cube, sheet(4.0)))
+
+
 def test_a_sheet_is_no_solid():
     with pytest.raises(InvalidInput, match="no volume"):
         convex_pieces(Mesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.0]]), np.array([[0, 1, 2], [1, 3, 2]])))

@@ -176,7 +176,7 @@ def _around_flat(vertices: Floats, flat: Sequence[Ints], pieces: Sequence[Convex
         return []
     try:
         return [ConvexHull(enclosing_corners(Hull(points)))]
-    except (InvalidInput, QhullError, ValueError) as error:
+    except (InvalidInput, QhullError) as error:
         what = "a part of the mesh" if pieces else "the mesh"
         raise InvalidInput(f"{what} encloses no volume; a solid is needed.", "/mesh") from error
 
@@ -215,7 +215,7 @@ def _decomposed(vertices: Floats, faces: Ints, hull: ConvexHull) -> list[ConvexH
     for points, _ in parts:
         try:
             hulls.append(ConvexHull(enclosing_corners(Hull(points))))
-        except (InvalidInput, QhullError, ValueError):
+        except (InvalidInput, QhullError):
             continue
     return hulls if hulls and _sticking_out(vertices[used], hulls) <= MISSED else [hull]
 

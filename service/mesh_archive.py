@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import stat
+import struct
 import zipfile
 import zlib
 from collections.abc import Sequence
@@ -17,6 +18,11 @@ from service.settings import Limits
 
 SMALL = 1_000_000
 """bytes; what unpacks to less may be packed as tightly as it likes."""
+
+LONGEST_ENTRY = 1000
+"""bytes of an entry in the directory of a zip, most of them for its name."""
+
+_END, _LARGE = b"PK\x05\x06", b"PK\x06\x07"
 
 _BROKEN = (zipfile.BadZipFile, zlib.error, LZMAError, EOFError, OSError, NotImplementedError, RuntimeError, ValueError)
 """What `zipfile` raises for damaged, encrypted or exotically packed files."""
@@ -41,6 +47,7 @@ class MeshArchive:
         self._entries: dict[str, zipfile.ZipInfo] = {}
         self.used: dict[str, str] = {}  # filename of the URDF -> entry
         if data is not None:
+            _check_directory(data, limits)
             try:
                 self._zip = zipfile.ZipFile(io.BytesIO(data))
             except _BROKEN as error:
@@ -94,6 +101,19 @@ class MeshArchive:
                 f"{_quoted(entry.filename)} in the zip is not as large as it claims to be. Pack it anew."
             )
         return data
+
+
+def _check_directory(data: bytes, limits: Limits) -> None:
+    """Refuse a directory of entries that is too long to be read, before it is read (APPNOTE.TXT, 4.3.16)."""
+    end = data.rfind(_END, max(0, len(data) - 22 - 65535))
+    if end < 0 or len(data) - end < 22:
+        raise InvalidInput("this is no readable zip file (its end is missing). Pack the meshes with `zip -r`.")
+    (length,) = struct.unpack_from("<I", data, end + 12)
+    if length > limits.max_entries * LONGEST_ENTRY or data[end - 20 : end].startswith(_LARGE):
+        raise InvalidInput(
+            f"the zip has too many entries; allowed are {limits.max_entries} (DUOCELL_MAX_ENTRIES), and no format for "
+            "more than 4 GB (zip64). Pack only the collision meshes."
+        )
 
 
 def _check(entries: Sequence[zipfile.ZipInfo], limits: Limits) -> None:

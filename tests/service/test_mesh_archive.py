@@ -83,6 +83,11 @@ REFUSED: dict[str, tuple[Callable[[], bytes], str]] = {
     "another format": (lambda: b"\x1f\x8b" + b"x" * 100, "no readable zip"),
     "cut off": (lambda: zipped({"base.stl": b"x" * 1000})[:-30], "no readable zip"),
     "too many entries": (lambda: zipped({f"{i}.stl": b"" for i in range(21)}), "21 entries"),
+    "very many entries": (lambda: zipped({f"{i:06}.stl": b"" for i in range(500)}), "too many entries"),
+    "a format for more than 4 GB": (
+        lambda: patched(zipped({"a.stl": b""}), b"PK\x05\x06", -20, b"PK\x06\x07"),
+        "zip64",
+    ),
     "a bomb": (lambda: zipped({"base.stl": b"\0" * 2_000_000}), "factor of 100"),
     "much that is little each": (lambda: zipped({f"{i}.stl": b"\0" * 900_000 for i in range(4)}), "3600000 bytes"),
     "a path upwards": (lambda: packed((entry("../base.stl"), b"x")), "leads out"),

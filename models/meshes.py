@@ -35,7 +35,10 @@ CONVEX = 1e-3
 """Share of its hull's volume that a piece may lack and still count as convex."""
 
 CONCAVITY = 0.05
-"""Largest dent that a decomposition leaves filled, relative to the size of the piece."""
+"""Largest dent that a decomposition leaves filled, relative to half of the longest side of the piece."""
+
+SHALLOW = 0.01
+"""m; dents that are no deeper may be filled in small pieces too: screw heads and ribs are not worth a hundred hulls."""
 
 MISSED = 1e-3
 """m; a decomposition from which the mesh sticks out farther than this is not used, the hull of the whole piece is."""
@@ -204,9 +207,10 @@ def _decomposed(vertices: Floats, faces: Ints, hull: ConvexHull) -> list[ConvexH
 
     coacd.set_log_level("error")
     used, index = np.unique(faces, return_inverse=True)
+    half = 0.5 * float(np.ptp(vertices[used], axis=0).max())
     parts = coacd.run_coacd(
         coacd.Mesh(vertices[used], index.reshape(-1, 3)),
-        threshold=CONCAVITY,
+        threshold=min(1.0, max(CONCAVITY, SHALLOW / half)),
         mcts_iterations=60,
         mcts_nodes=10,
         seed=0,

@@ -98,6 +98,15 @@ def test_a_bracket_becomes_hulls_that_contain_it_and_leave_its_corner_free():
     assert all(np.array_equal(a.points, b.points) for a, b in zip(pieces, again, strict=True))
 
 
+def test_shallow_dents_of_small_pieces_are_filled():
+    bracket = angle_bracket()
+    for scale, pieces in ((0.01, 1), (1.0, 2)):
+        found = convex_pieces(Mesh(bracket.vertices * scale, bracket.faces))
+        assert len(found) == pieces
+        beyond = [np.max(bracket.vertices * scale @ p.planes[:, :3].T + p.planes[:, 3], axis=1) for p in found]
+        assert np.min(beyond, axis=0).max() < 1e-3
+
+
 def sheet(x: float) -> Mesh:
     return Mesh(np.array([[x, 0, 0], [x + 1, 0, 0], [x, 1, 0], [x + 1, 1, 0]]), np.array([[0, 1, 2], [1, 3, 2]]))
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema
+from pydantic.json_schema import SkipJsonSchema
 
 from service.shelf import NAME
 
@@ -14,10 +15,19 @@ Upload = Annotated[
 """A file: OpenAPI 3.1 says so by its media type, and many generators of clients by the format."""
 
 
+def _left_out(schema: dict[str, Any]) -> None:
+    """A form has no null: what is not sent is left out."""
+    for field in schema["properties"].values():
+        field.pop("default", None)
+
+
+_FORM = ConfigDict(extra="forbid", json_schema_extra=_left_out)
+
+
 class RobotUpload(BaseModel):
     """A robot: a URDF file and the meshes of its collision geometry."""
 
-    model_config = ConfigDict(extra="forbid")
+    model_config = _FORM
 
     name: str = Field(
         pattern=f"^{NAME.pattern}$",
@@ -28,17 +38,17 @@ class RobotUpload(BaseModel):
         description="The URDF file, at most 4 MB. Links, joints and `<collision>` elements count, nothing else does. "
         "Xacro is not expanded: send what `xacro arm.urdf.xacro` writes."
     )
-    meshes: Upload | None = Field(
+    meshes: Upload | SkipJsonSchema[None] = Field(
         default=None,
         description="A zip with the STL or OBJ files that the collision geometry names. Each is looked for by the end "
         "of its path: `package://my_arm/meshes/base.stl` is found as `meshes/base.stl` or as `base.stl`.",
     )
-    base_link: str | None = Field(
+    base_link: str | SkipJsonSchema[None] = Field(
         default=None,
         description="Link that becomes the base frame; left out: the root of the file.",
         examples=["base_link"],
     )
-    tip: str | None = Field(
+    tip: str | SkipJsonSchema[None] = Field(
         default=None,
         description="Link that becomes the flange; left out: the end of the longest chain of turning joints.",
         examples=["tool0"],
@@ -48,11 +58,11 @@ class RobotUpload(BaseModel):
 class MeshUpload(BaseModel):
     """A solid: an STL or OBJ file."""
 
-    model_config = ConfigDict(extra="forbid")
+    model_config = _FORM
 
     mesh: Upload = Field(
         description="The file; its name ends in .stl or .obj. Units are up to you: shapes have a scale."
     )
-    name: str | None = Field(
+    name: str | SkipJsonSchema[None] = Field(
         default=None, max_length=200, description="Label; left out: the name of the file.", examples=["fixture"]
     )

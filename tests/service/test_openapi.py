@@ -216,6 +216,7 @@ def test_uploads_are_described_as_forms(published: Document) -> None:
         schema = published["components"]["schemas"][form]
         assert schema["required"] == required
         assert schema["properties"][required[-1]]["format"] == "binary"
+        assert {field["type"] for field in schema["properties"].values()} == {"string"}  # a form has no null
         assert "Location" in published["paths"][path]["post"]["responses"]["201"]["headers"]
 
 

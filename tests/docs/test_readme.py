@@ -7,7 +7,6 @@ import shlex
 import subprocess
 import sys
 from argparse import ArgumentParser
-from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -21,7 +20,6 @@ from optimizer.optimize import optimize
 from service.accept import accept, accept_evaluation
 from service.cli import main, parser
 from service.convert import cell_of, settings_of
-from service.demo import serving
 from service.schemas.request import EXAMPLE, LayoutRequest
 from service.settings import Settings
 from service.solving import evaluate_request
@@ -57,15 +55,6 @@ def with_conditioning(least: float | None) -> dict[str, Any]:
     for arm in request["arms"]:
         arm["min_conditioning"] = least
     return dict(request)
-
-
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """Address of a server of our own."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("DUOCELL_WORKERS", "1")
-        with serving(tmp_path_factory.mktemp("server") / "log") as url:
-            yield url
 
 
 @pytest.fixture

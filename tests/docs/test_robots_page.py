@@ -7,14 +7,12 @@ import json
 import re
 import shlex
 from argparse import ArgumentParser
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import httpx2
 import pytest
 
-from service.demo import serving
 from service.schemas.request import EXAMPLE
 from service.settings import Settings
 from tests.support import own_robot
@@ -24,14 +22,6 @@ ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "robots.md"
 BLOCKS = blocks_of(PAGE)
 LOCAL = f"http://localhost:{Settings.model_fields['port'].default}"
-
-
-@pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("DUOCELL_WORKERS", "1")
-        with serving(tmp_path_factory.mktemp("server") / "log") as url:
-            yield url
 
 
 @pytest.fixture

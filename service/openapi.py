@@ -112,7 +112,7 @@ def _form(model: type[BaseModel]) -> dict[str, Any]:
     return {"required": True, "description": str(model.__doc__), "content": {"multipart/form-data": content}}
 
 
-FORMS = {"create_robot": RobotUpload, "create_mesh": MeshUpload}
+FORMS: dict[str, type[BaseModel]] = {"create_robot": RobotUpload, "create_mesh": MeshUpload}
 BODIES = {
     "create_layout": _body("The task, the arms, and where their bases may stand.", "LayoutRequest", EXAMPLE),
     "evaluate_layout": _body("The task, the arms, and where their bases stand.", "EvaluateRequest", EVALUATE_EXAMPLE),

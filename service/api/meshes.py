@@ -8,7 +8,7 @@ from fastapi.responses import JSONResponse, Response
 
 from service.api.state import StateOf
 from service.meshes import mesh_address, mesh_list, mesh_resource
-from service.schemas.meshes import Mesh, MeshPage
+from service.schemas.meshes import MeshPage, UploadedMesh
 from service.schemas.resources import ProblemDocument
 from service.uploads import drop_mesh, no_mesh, take_mesh
 
@@ -24,8 +24,8 @@ PROBLEM = {"model": ProblemDocument}
     status_code=201,
     response_model=None,
     responses={
-        200: {"model": Mesh, "description": "The same file was sent before; it keeps the name it got then."},
-        201: {"model": Mesh, "description": "Kept; requests may name it."},
+        200: {"model": UploadedMesh, "description": "The same file was sent before; it keeps the name it got then."},
+        201: {"model": UploadedMesh, "description": "Kept; requests may name it."},
         **dict.fromkeys((400, 408, 409, 413, 415, 422, 429, 500, 503), PROBLEM),
     },
 )
@@ -55,7 +55,7 @@ def list_meshes(state: StateOf) -> Response:
     operation_id="get_mesh",
     summary="See a mesh",
     response_model=None,
-    responses={200: {"model": Mesh, "description": "The mesh."}, 404: PROBLEM, 500: PROBLEM},
+    responses={200: {"model": UploadedMesh, "description": "The mesh."}, 404: PROBLEM, 500: PROBLEM},
 )
 def get_mesh(mesh_id: str, state: StateOf) -> Response:
     """Its size, in the units of its file, and what it was taken apart into."""

@@ -16,7 +16,7 @@ class BoundingBox(Answer):
     upper: Vector3 = Field(description="Greatest x, y, z in the units of the file.", examples=[[50.0, 50.0, 120.0]])
 
 
-class Mesh(Answer):
+class UploadedMesh(Answer):
     """A solid that was uploaded."""
 
     id: str = Field(description="Identifier: a digest of the file. Shapes of requests refer to it.", examples=[_ID])
@@ -35,5 +35,5 @@ class Mesh(Answer):
 class MeshPage(Answer):
     """All meshes."""
 
-    items: list[Mesh] = Field(description="The meshes by name.")
+    items: list[UploadedMesh] = Field(description="The meshes by name.")
     next_cursor: str | None = Field(description="Always null: the list is short.", examples=[None])

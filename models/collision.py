@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -92,6 +93,7 @@ class CollisionModel:
         self._mounts = np.flatnonzero(b.mounts)
         self._mount_arms = np.array([b.owners[i].arm for i in b.first[self._mounts]])
         self._last: tuple[bytes, Bools] = b"", np.ones(len(b.first), dtype=np.bool_)  # of the last bases
+        self._bolted: Bools | None = None  # pairs that count wherever the bases are
         self._of_kind = {
             kind: np.flatnonzero([k is kind for k in b.kinds]) for kind in PairClass if kind in set(b.kinds)
         }
@@ -100,6 +102,15 @@ class CollisionModel:
     def kinds(self) -> tuple[PairClass, ...]:
         """Classes with at least one pair."""
         return tuple(self._of_kind)
+
+    def bolted(self, bases: Floats) -> CollisionModel:
+        """The model of arms bolted down at (A, 4, 4), for bases that are not quite there.
+
+        What an arm stands on there does not count for it, wherever it is then placed.
+        """
+        model = copy(self)
+        model._bolted = self.counted(bases)
+        return model
 
     def configure(
         self, bases: Floats, joints: Sequence[Floats], objects: Floats, jobs: Ints | None = None
@@ -255,6 +266,8 @@ class CollisionModel:
 
     def counted(self, bases: Floats) -> Bools:
         """(P,) False where a base, pedestal or first link meets what its arm is bolted to."""
+        if self._bolted is not None:
+            return self._bolted
         key = np.asarray(bases).tobytes()
         if key != self._last[0]:
             b = self.bodies

@@ -53,14 +53,16 @@ class Alternative:
 class Tolerance:
     """What is left of a layout if its bases are not exactly where they should be.
 
-    Every base is off by up to ``position`` horizontally and in height, and by up to ``angle`` about the vertical.
+    Every base is off by up to ``position`` along x, y and z, and by up to ``angle`` in yaw; the arms still follow the
+    same object poses in the same postures.
 
     Attributes:
         position: m, that was asked about. angle: rad.
         samples: layouts with errors looked at, the corners of every arm's errors among them.
-        feasible: share of them that still can do the task.
-        margin: rad, smallest joint margin over the feasible ones. margin_by_sensitivity: rad, its first-order estimate.
-        clearances: word of a class -> m, smallest distance over the feasible ones.
+        feasible: share of them that still can do the task: limits, joint steps and the distances asked for.
+        margin: rad, smallest joint margin over those that can be followed, negative beyond a limit.
+        margin_by_sensitivity: rad, its first-order estimate.
+        clearances: word of a class -> m, smallest distance over the same.
         largest: factor on both errors up to which every sampled layout stays feasible (1 = exactly those asked about).
         note: what breaks first, one sentence.
     """

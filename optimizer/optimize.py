@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from models.cell import Cell
+from optimizer.advice import with_advice
 from optimizer.coupled.layout import coupled_layout
 from optimizer.coupled.search import CoupledSearch, search_coupled
 from optimizer.layout import Certificate, Layout, Outcome, Placement, Reason, Search
@@ -51,6 +52,7 @@ def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | 
     layout = _layout(cell, searches, certificate, searched)
     if coupled is not None:
         layout = coupled_layout(cell, layout, coupled, settings.alternatives)
+    layout = with_advice(cell, layout, settings)
     baselines = []
     for method in settings.baselines:
         report(f"baseline {method}", 1.0)

@@ -10,7 +10,7 @@ from models.arm import Arm
 from models.arrays import Floats
 from models.branches import posture_terms
 from models.cell import Cell
-from models.closed_form import closed_form
+from models.closed_form import ClosedForm, closed_form
 from models.kinematics import characteristic_length, conditioning, flange_poses
 from models.pose import rotation_angle
 from optimizer.layout import Verification
@@ -92,9 +92,15 @@ def _wrong_side(arm: Arm, point: ArmPoint) -> float:
     form = closed_form(arm.robot)
     if form is None or point.signs is None:
         return 0.0
-    shoulder, elbow, wrist = point.signs
-    front, bend, twist = posture_terms(form, point.joints.T, np.sin, np.cos)
-    return float(max(np.max(-shoulder * front), np.max(shoulder * elbow * bend), np.max(-wrist * twist)))
+    return float(np.max(wrong_sides(form, point.signs, point.joints)))
+
+
+def wrong_sides(form: ClosedForm, signs: tuple[int, int, int], joints: Floats) -> Floats:
+    """(...) how far joints (..., 6) [rad] are on the other side of a posture's signs, <= 0 if they are not."""
+    shoulder, elbow, wrist = signs
+    front, bend, twist = posture_terms(form, np.moveaxis(joints, -1, 0), np.sin, np.cos)
+    sides: Floats = np.maximum(np.maximum(-shoulder * front, shoulder * elbow * bend), -wrist * twist)
+    return sides
 
 
 def _shortfall(arm: Arm, joints: Floats) -> float:

@@ -1,0 +1,204 @@
+"""Many layouts with errors at once: the arms follow the same object poses; what is left of limits and distances?"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.arm import Arm
+from models.arrays import Bools, Floats, Ints
+from models.chain import chain_of
+from models.closed_form import closed_form
+from models.collision import Configurations
+from models.kinematics import characteristic_length
+from models.pose import inverse
+from models.screws import conditioning_of
+from models.surroundings import PairClass
+from optimizer.path_samples import follow
+from optimizer.program import ArmPoint
+from optimizer.tolerance.nominal import Nominal
+from optimizer.verify import LIMITS, SIDE, wrong_sides
+
+FARTHEST = 0.3
+"""rad that a joint is expected to move at most: near singularities the first order promises anything."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ArmPath:
+    """One arm's way in N layouts.
+
+    Attributes:
+        bases: (N, 4, 4) in the world. joints: (N, C, n) rad.
+        arrived: (N, C) False where the arm cannot follow in its posture.
+        margin: (N,) rad. step: (N,) rad. conditioning: (N,) what is left of each, negative if it is too little.
+    """
+
+    bases: Floats
+    joints: Floats
+    arrived: Bools
+    margin: Floats
+    step: Floats
+    conditioning: Floats
+
+
+class Displaced:
+    """N layouts with errors (N, A, 4) in x, y, z [m] and yaw [rad].
+
+    Attributes:
+        followed: (N,) True where every arm takes every pose in its posture.
+        margin: (N,) rad, smallest joint margin at the poses.
+        distance: (N,) m, lower bound of what the nearest pair keeps beyond the required distance.
+        spare: (N,) m or rad, the least that is left of anything.
+    """
+
+    def __init__(self, nominal: Nominal, errors: Floats) -> None:
+        """Let the arms follow."""
+        self.nominal, self.errors = nominal, errors
+        self.paths = [_arm_path(nominal, a, errors[:, a]) for a in range(len(nominal.cell.arms))]
+        self.followed: Bools = np.all([np.all(path.arrived, axis=1) for path in self.paths], axis=0)
+        self.margin: Floats = np.min([path.margin for path in self.paths], axis=0)
+        own = [np.minimum(np.minimum(p.margin, p.step), p.conditioning) for p in self.paths]
+        self._own: Floats = np.where(self.followed, np.min(own, axis=0), -np.inf)
+        self._places, self._gaps = self._distances()
+        self._settled: Bools = np.zeros(self._gaps.shape, dtype=np.bool_)
+        if nominal.scene.model is not None:
+            self._settled[...] = nominal.scene.model.exact_bounds
+        self.distance: Floats = np.min(self._gaps - nominal.scene.required, axis=(1, 2), initial=np.inf)
+        self.spare: Floats = np.minimum(self._own, self.distance)
+
+    def __len__(self) -> int:
+        return len(self.errors)
+
+    def broken(self) -> Bools:
+        """(N,) True for layouts that cannot do the task any more; bounds that leave a doubt are replaced by Coal."""
+        broken: Bools = self._own < -LIMITS
+        for i in np.flatnonzero(~broken & (self.spare < 0.0)):
+            broken[i] = self.nearest(int(i))[0] < 0.0
+        return broken
+
+    def nearest(self, i: int) -> tuple[float, int, int]:
+        """What a layout keeps beyond the required distances [m], at which place, by which pair; (inf, 0, 0) if none."""
+        best = (np.inf, 0, 0)
+        required = self.nominal.scene.required
+        spares = self._gaps[i] - required
+        for index in np.argsort(spares, axis=None, kind="stable"):
+            k, pair = (int(x) for x in np.unravel_index(index, spares.shape))
+            if not spares[k, pair] < best[0]:
+                break
+            best = min(best, (self._exact(i, k, pair) - float(required[pair]), k, pair))
+        return best
+
+    def closest(self) -> dict[PairClass, float]:
+        """Smallest distance [m] of every class whose distances depend on the bases, over the layouts followed."""
+        model, places = self.nominal.scene.model, self._places
+        if model is None or places is None:
+            return {}
+        gaps = np.where(self.followed[:, None, None], self._gaps, np.inf).reshape(-1, self._gaps.shape[2])
+        found = {kind: model.closest(places, kind, gaps) for kind in model.kinds}
+        return {kind: entry[1].distance for kind, entry in found.items() if entry is not None}
+
+    def points(self, i: int) -> tuple[ArmPoint, ...]:
+        """A layout, one point per arm."""
+        m = self.nominal.poses
+        return tuple(
+            ArmPoint(point.position + error[:3], point.yaw + float(error[3]), path.joints[i, :m], point.signs)
+            for point, error, path in zip(self.nominal.points, self.errors[i], self.paths, strict=True)
+        )
+
+    def _distances(self) -> tuple[Configurations | None, Floats]:
+        """All places of all layouts, and lower bounds (N, C, P) of the pairs that can come near enough to matter."""
+        nominal, model = self.nominal, self.nominal.scene.model
+        count, places = len(self.errors), len(nominal.step)
+        if model is None:
+            return None, np.zeros((count, places, 0))
+        bases = np.stack([np.repeat(path.bases, places, axis=0) for path in self.paths])
+        joints = [path.joints.reshape(-1, path.joints.shape[2]) for path in self.paths]
+        here = model.configure(bases, joints, np.tile(nominal.objects, (count, 1, 1)))
+        gaps = model.bounds(here, self._in_question(here))
+        return here, gaps.reshape(count, places, -1)
+
+    def _in_question(self, here: Configurations) -> Bools:
+        """(P,) False for pairs that stay farther apart, whatever the error, than is required and than others are.
+
+        No point of a body goes farther than the ends of its capsule, and its radius turned twice.
+        """
+        nominal, model = self.nominal, self.nominal.scene.model
+        if model is None or len(self) == 0:
+            return np.zeros(nominal.gaps.shape[1], dtype=np.bool_)
+        b = model.bodies
+        before = model.configure(nominal.bases, nominal.joints, nominal.objects)
+        shape = (len(self), len(nominal.step), *before.ends.shape[1:])
+        shift = np.linalg.norm(here.ends.reshape(shape) - before.ends, axis=-1).max(axis=(0, 1, 3))
+        turn = sum(
+            np.max(np.sum(np.abs(path.joints - q), axis=2)) + np.max(np.abs(self.errors[:, a, 3]))
+            for a, (path, q) in enumerate(zip(self.paths, nominal.joints, strict=True))
+        )
+        moved = shift + 2.0 * b.radius * min(float(turn), np.pi)
+        nearest = np.min(nominal.gaps, axis=0)
+        enough = nominal.scene.required.copy()
+        for kind in model.kinds:
+            own = np.array([other is kind for other in b.kinds])
+            exact = model.closest(before, kind, nominal.gaps)
+            if exact is not None:
+                enough[own] = np.maximum(enough[own], exact[1].distance)
+        question: Bools = nearest - moved[b.first] - moved[b.second] <= enough
+        return question
+
+    def _exact(self, i: int, k: int, pair: int) -> float:
+        """The distance of a pair [m] at a place of a layout, by Coal where its bound is not exact."""
+        model, places = self.nominal.scene.model, self._places
+        if not self._settled[i, k, pair] and model is not None and places is not None:
+            index = i * len(self.nominal.step) + k
+            self._gaps[i, k, pair] = model.contact(places, index, pair).distance
+            self._settled[i, k, pair] = True
+        return float(self._gaps[i, k, pair])
+
+
+def _arm_path(nominal: Nominal, index: int, errors: Floats) -> ArmPath:
+    """One arm in N layouts (N, 4); errors that repeat are followed once."""
+    arm, point, m = nominal.cell.arms[index], nominal.points[index], nominal.poses
+    different, which = np.unique(errors, axis=0, return_inverse=True)
+    bases = arm.base_in_world(point.position + different[:, :3], point.yaw + different[:, 3])
+    joints, arrived = _followed(nominal, index, different, bases)
+    q = joints[:, :m]
+    margin = np.min(np.minimum(q - arm.lower, arm.upper - q), axis=(1, 2))
+    step = nominal.cell.max_joint_step - np.max(np.abs(np.diff(q, axis=1)), axis=(1, 2), initial=0.0)
+    rows = ArmPath(bases, joints, arrived, margin, step, _conditioning(arm, q))
+    return _picked(rows, which.reshape(-1))
+
+
+def _followed(nominal: Nominal, index: int, errors: Floats, bases: Floats) -> tuple[Floats, Bools]:
+    """(N, C, n) joints that take the arm from displaced bases (N, 4, 4) to the same flange poses, and where they do."""
+    arm, point, before = nominal.cell.arms[index], nominal.points[index], nominal.joints[index]
+    count, places = len(errors), len(before)
+    flanges = (inverse(bases)[:, None] @ nominal.flanges[index]).reshape(-1, 4, 4)
+    moves = np.einsum("cib,nb->nci", nominal.follow[index], errors)
+    expected = before + np.clip(moves, -FARTHEST, FARTHEST)
+    start = np.broadcast_to(before, expected.shape)
+    q, good = follow(arm.robot, np.eye(4), flanges, start.reshape(-1, arm.dof), expected.reshape(-1, arm.dof))
+    form = closed_form(arm.robot)
+    if form is not None and point.signs is not None:
+        good &= wrong_sides(form, point.signs, q) <= SIDE
+    return q.reshape(count, places, arm.dof), good.reshape(count, places)
+
+
+def _conditioning(arm: Arm, joints: Floats) -> Floats:
+    """(N,) what paths (N, m, n) keep beyond the conditioning asked for; infinite where none is."""
+    if arm.min_conditioning is None:
+        return np.full(len(joints), np.inf)
+    length = characteristic_length(arm.robot)
+    values = conditioning_of(chain_of(arm.robot), arm.tool, joints.reshape(-1, arm.dof), length)
+    spare: Floats = np.min(values.reshape(joints.shape[:2]), axis=1) - arm.min_conditioning
+    return spare
+
+
+def _picked(path: ArmPath, which: Ints) -> ArmPath:
+    return ArmPath(
+        path.bases[which],
+        path.joints[which],
+        path.arrived[which],
+        path.margin[which],
+        path.step[which],
+        path.conditioning[which],
+    )

@@ -201,8 +201,8 @@ def nearest_ball(cell: Cell, placements) -> float:
 
 
 def test_between_the_poses_distances_count_too():
-    """A ball where an elbow passes halfway between two poses, 5 mm off: at the poses it is far away."""
-    scene = beam_pair(count=2, shift=(0.5, 0.0, 0.0), clearances=Clearances(arm_obstacle=0.0))
+    """A ball where an elbow passes between two poses: it comes nearer there than at them."""
+    scene = beam_pair(count=2, shift=(0.5, 0.0, 0.0), clearances=Clearances(arm_obstacle=0.006))
     middle, at_poses = elbows(scene)
     out = (middle - at_poses.mean(axis=0)) / np.linalg.norm(middle - at_poses.mean(axis=0))
     cell, placements = (
@@ -214,10 +214,10 @@ def test_between_the_poses_distances_count_too():
     cell = with_ball(cell, middle + (0.3 - gap + 0.005) * out)
     seen = optimum_clearances(cell, scene)
     assert seen[0].fraction not in (0.0, 1.0)
-    assert spare(cell, placements, np.zeros((2, 4))) > 0.009
+    assert spare(cell, placements, np.zeros((2, 4))) > 0.0035  # beyond what is required, at the poses
     found = tolerance_of(cell, placements, seen, ToleranceSettings(1e-3, 0.0))
-    assert found.clearances["arm_obstacle"] < 0.005
-    assert found.largest < 5.0
+    assert found.clearances["arm_obstacle"] < seen[0].distance < 0.0085
+    assert 0.0 < found.largest < 3.0
     assert "link" in found.note
     assert "after pose 0" in found.note
 

@@ -2,17 +2,53 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from models.cell import Cell
+from optimizer.clearance import found_clearances
+from optimizer.coupled.scene import Scene
+from optimizer.findings import Explanation
 from optimizer.layout import Layout, Outcome
+from optimizer.measure import placed
+from optimizer.program import ArmPoint
 from optimizer.settings import Settings
 from optimizer.tolerance.tolerance import tolerance_of
+from optimizer.verify import check, summarise
+from optimizer.why_not.explain import explain
 
 
-def with_advice(cell: Cell, layout: Layout, settings: Settings) -> Layout:
-    """The layout with what is asked for: its installation tolerance."""
+def with_advice(cell: Cell, layout: Layout, settings: Settings, report: Callable[[str, float], None]) -> Layout:
+    """The layout with what is asked for: the explanation of one that is infeasible, the tolerance of one that is not.
+
+    Args:
+        cell: the cell. layout: its answer. settings: of the call. report: told what is being done.
+    """
+    if layout.outcome is Outcome.INFEASIBLE and settings.explain:
+        report("explaining", 1.0)
+        found = explain(cell, layout, settings.seed, time.perf_counter() + settings.time_limit)
+        if isinstance(found, Explanation):
+            return replace(layout, explanation=found)
+        layout = _rescued(cell, layout, found)
     if layout.outcome is not Outcome.INFEASIBLE and settings.tolerance is not None:
+        report("displacing bases", 1.0)
         tolerance = tolerance_of(cell, layout.placements, layout.clearances, settings.tolerance, settings.seed)
         return replace(layout, tolerance=tolerance)
     return layout
+
+
+def _rescued(cell: Cell, layout: Layout, points: Sequence[ArmPoint]) -> Layout:
+    """The layout that turned up while it was being explained why there is none."""
+    path = Scene.of(cell).certify(points)
+    placements = tuple(placed(cell, arm, point) for arm, point in zip(cell.arms, points, strict=True))
+    return replace(
+        layout,
+        outcome=Outcome.FEASIBLE,
+        objective=sum(placement.objective for placement in placements),
+        placements=placements,
+        reasons=(),
+        proved=False,
+        verification=summarise([check(cell, arm, point) for arm, point in zip(cell.arms, points, strict=True)]),
+        clearances=() if path is None else found_clearances(path),
+    )

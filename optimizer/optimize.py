@@ -52,7 +52,7 @@ def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | 
     layout = _layout(cell, searches, certificate, searched)
     if coupled is not None:
         layout = coupled_layout(cell, layout, coupled, settings.alternatives)
-    layout = with_advice(cell, layout, settings)
+    layout = with_advice(cell, layout, settings, report)
     baselines = []
     for method in settings.baselines:
         report(f"baseline {method}", 1.0)

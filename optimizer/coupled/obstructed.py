@@ -8,9 +8,9 @@ import numpy as np
 import shapely
 
 from models.arm import Arm
-from models.arrays import Floats
+from models.arrays import Floats, Ints
 from models.cell import Cell
-from models.collision import CollisionModel
+from models.collision import CollisionModel, Configurations
 from models.floor import Footprint
 from models.surroundings import Clearances, PairClass, Surroundings
 from optimizer.box import search_box
@@ -28,15 +28,38 @@ def obstruction(cell: Cell) -> tuple[Reason, ...]:
     return (*_part_hits(cell), *(reason for arm in cell.arms for reason in _no_room(cell, arm)))
 
 
-def _part_hits(cell: Cell) -> tuple[Reason, ...]:
-    """The part's way is given, so is what it hits."""
-    around = cell.surroundings
-    required = around.clearances.part_obstacle
-    if required is None or around.part is None:
+def part_hits(cell: Cell) -> tuple[tuple[int, int, int], ...]:
+    """Where the part comes too near to something: index of the obstacle, of the pose before and of the pose after."""
+    required = cell.surroundings.clearances.part_obstacle
+    if required is None or not _part_hits(cell):
         return ()
+    step, model, places = _part_way(cell, required)
+    at_pose = np.append(np.diff(step, prepend=-1)[:-1] > 0, True)
+    step = np.where(np.arange(len(step)) == len(step) - 1, len(cell.task) - 1, step)
+    numbers = {obstacle.name: k for k, obstacle in enumerate(cell.surroundings.obstacles)}
+    hits = []
+    for k, pair in np.argwhere(model.bounds(places) < required):
+        last = int(step[k]) if at_pose[k] else int(step[k]) + 1
+        hit = numbers[model.bodies.names[model.bodies.second[pair]]], int(step[k]), last
+        if hit not in hits and model.contact(places, int(k), int(pair)).distance < required:
+            hits.append(hit)
+    return tuple(hits)
+
+
+def _part_way(cell: Cell, required: float) -> tuple[Ints, CollisionModel, Configurations]:
+    """The part among the obstacles on its way: index of the pose before (K,), bodies, places."""
+    around = cell.surroundings
     model = CollisionModel((), Surroundings(around.obstacles, around.part, None, Clearances(part_obstacle=required)))
     step, objects = _way(cell)
-    places = model.configure(np.empty((0, 4, 4)), [], objects)
+    return step, model, model.configure(np.empty((0, 4, 4)), [], objects)
+
+
+def _part_hits(cell: Cell) -> tuple[Reason, ...]:
+    """The part's way is given, so is what it hits."""
+    required = cell.surroundings.clearances.part_obstacle
+    if required is None or cell.surroundings.part is None:
+        return ()
+    step, model, places = _part_way(cell, required)
     found = model.closest(places, PairClass.PART_OBSTACLE)
     if found is None or found[1].distance >= required:
         return ()
@@ -49,7 +72,7 @@ def _part_hits(cell: Cell) -> tuple[Reason, ...]:
     return (Reason("", "collision", (int(step[k]),), detail, None, lack, "m"),)
 
 
-def _way(cell: Cell) -> tuple[Floats, Floats]:
+def _way(cell: Cell) -> tuple[Ints, Floats]:
     """Poses and samples between them: index of the pose before (K,), object frames (K, 4, 4)."""
     path = ObjectPath(cell.task.poses)
     apart = np.maximum(np.linalg.norm(path.shifts, axis=1) / SHIFT, np.linalg.norm(path.turns, axis=1) / TURN)

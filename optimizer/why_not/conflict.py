@@ -1,0 +1,169 @@
+"""An irreducible set of elements that together leave no layout, grown from the layouts that smaller sets leave."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from models.cell import Cell
+from optimizer.program import ArmPoint
+from optimizer.why_not.elements import OWN, Element, Kind, Selection, arms_of, by_interest, everything, restricted
+from optimizer.why_not.extend import Way, extended
+from optimizer.why_not.trial import find
+from optimizer.why_not.violations import Violation, part_violations, violations
+
+TRIAL_TIME = 6.0
+"""s that one trial may take."""
+HINTS = 3
+"""Known layouts tried before a search."""
+THOROUGH = 2
+"""Rounds of candidates after which a set counts as blocking; trials that look for a layout have one."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Known:
+    """A layout met on the way.
+
+    Attributes:
+        ways: index of an arm -> where it stands and how it goes; arms that are not there are not placed.
+        breaks: all that it breaks.
+    """
+
+    ways: dict[int, Way]
+    breaks: tuple[Violation, ...]
+
+    def keeps(self, selection: Selection) -> bool:
+        """True if it breaks nothing of a selection."""
+        return not any(violation.within(selection) for violation in self.breaks)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Conflict:
+    """What blocks a cell.
+
+    Attributes:
+        selection: no layout was found that keeps all of it.
+        irreducible: True if one was found for each of its members that keeps all the others.
+        known: layouts met on the way. If one of them keeps everything, nothing blocks.
+    """
+
+    selection: Selection
+    irreducible: bool
+    known: tuple[Known, ...]
+
+
+class ConflictSearch:
+    """Finds a conflict of one cell until a deadline (`time.perf_counter` value)."""
+
+    def __init__(self, cell: Cell, deadline: float, seed: int, suspects: Collection[str] = ()) -> None:
+        """``suspects`` are names of arms that are likely to blame."""
+        self.cell, self.deadline, self.seed, self.suspects = cell, deadline, seed, suspects
+        self.whole = everything(cell)
+        self.part = part_violations(cell)
+        self.known: list[Known] = []
+        self.solved = False
+
+    def late(self) -> bool:
+        """True if the time is over, or there is nothing to be explained."""
+        return self.solved or time.perf_counter() > self.deadline
+
+    def meet(self, ways: dict[int, Way], kept: Selection | None = None) -> None:
+        """Take a layout over; ``kept`` is what it was found to keep, whatever rounding says."""
+        breaks = (*violations(self.cell, ways), *self.part)
+        self.known.append(Known(ways, tuple(v for v in breaks if kept is None or not v.within(kept))))
+        self.solved |= kept == self.whole
+
+    def run(self) -> Conflict:
+        """What blocks among the things around the arms, then what of the arms' own, then which poses."""
+        around = [element for element in by_interest(self.whole.elements) if element.kind not in OWN]
+        around.sort(key=lambda e: e.kind is Kind.ARM and self.cell.arms[e.index].name in self.suspects)
+        if self.part:  # certain, whatever the arms do
+            around.sort(key=lambda element: element.kind is not Kind.ARM)
+        selection = self._grown(self.whole, around)
+        selection = self._grown(selection, [e for e in by_interest(selection.elements) if e.kind in OWN])
+        selection = self._reduced(self._shortened(selection))
+        return Conflict(selection, not self.late(), tuple(self.known))
+
+    def _grown(self, selection: Selection, removable: Sequence[Element]) -> Selection:
+        """The set with only those of its removable elements that it takes to block, as far as time allows."""
+        smaller = self._smallest(selection, removable)
+        while not self.late() and self._possible(smaller, THOROUGH):
+            smaller = self._smallest(selection, removable)
+        return smaller
+
+    def _smallest(self, selection: Selection, removable: Sequence[Element]) -> Selection:
+        """Without the elements that it does not take for every known layout to break something."""
+        active = [[v for v in known.breaks if v.within(selection)] for known in self.known]
+        for element in removable:
+            fewer = [[v for v in breaks if element not in v.elements] for breaks in active]
+            if all(fewer):
+                active, selection = fewer, selection.without(element)
+        return selection
+
+    def _shortened(self, selection: Selection) -> Selection:
+        """The set with no more poses than it takes to block, as far as time allows.
+
+        Between the fewest poses that known layouts leave and those that are known to block, bisect.
+        """
+        fewest = tried = self._fewest(selection)
+        while fewest != selection and not self.late():
+            if self._possible(tried, 1):
+                fewest = self._fewest(selection)
+                tried = selection.halfway(fewest)
+            elif not self.late():
+                selection = tried
+                fewest = tried = self._fewest(selection)
+        return selection
+
+    def _fewest(self, selection: Selection) -> Selection:
+        """With no pose at either end that it does not take for every known layout to break something."""
+        while True:
+            for shorter in selection.shorter():
+                if not any(known.keeps(shorter) for known in self.known):
+                    selection = shorter
+                    break
+            else:
+                return selection
+
+    def _reduced(self, selection: Selection) -> Selection:
+        """Without members that turn out not to be needed, as far as time allows."""
+        for element in by_interest(selection.elements):
+            if not self.late() and not self._possible(selection.without(element), 1) and not self.late():
+                selection = selection.without(element)
+        untried = list(selection.shorter())
+        while untried and not self.late():
+            shorter = untried.pop()
+            if not self._possible(shorter, 1) and not self.late():
+                selection, untried = shorter, list(shorter.shorter())
+        return selection
+
+    def _possible(self, selection: Selection, effort: int) -> bool:
+        """Look for a layout that keeps a selection, at first among those that are known."""
+        cell = restricted(self.cell, selection)
+        hints = [points for known in self.known if (points := self._hint(known, selection)) is not None]
+        deadline = min(self.deadline, time.perf_counter() + TRIAL_TIME)
+        found = find(cell, deadline, hints[-HINTS:], effort, self.seed)
+        if found is None:
+            return False
+        ways = {
+            a: extended(self.cell, self.cell.arms[a], point, selection.first, selection.last)
+            for a, point in zip(arms_of(self.cell, selection), found.points, strict=True)
+        }
+        self.meet(ways, selection)
+        return True
+
+    def _hint(self, known: Known, selection: Selection) -> tuple[ArmPoint, ...] | None:
+        """A known layout as one of a selection, if it keeps that."""
+        arms = arms_of(self.cell, selection)
+        if not known.keeps(selection) or any(a not in known.ways for a in arms):
+            return None
+        rows = slice(selection.first, selection.last + 1)
+        return tuple(_of_poses(known.ways[a].point, rows) for a in arms)
+
+
+def _of_poses(point: ArmPoint, rows: slice) -> ArmPoint:
+    joints = point.joints[rows]
+    return replace(point, joints=np.repeat(joints, 2, axis=0) if len(joints) == 1 else joints)

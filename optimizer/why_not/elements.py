@@ -1,0 +1,193 @@
+"""What a cell asks for, taken apart: elements that can be left out one by one, and what is left of the cell then."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from math import inf, pi
+
+import numpy as np
+
+from models.arm import FREE_YAW, Arm, Interval
+from models.cell import Cell
+from models.coupling import Coupling, among
+from models.posture import Posture
+from models.surroundings import Surroundings
+from models.task import Task
+from optimizer.box import reach_windows
+
+
+class Kind(StrEnum):
+    """Sorts of elements; where a choice is left, the earlier ones are the first to be left out."""
+
+    SELF = "self-collision"
+    STEP = "max_joint_step"
+    CONDITIONING = "min_conditioning"
+    LIMITS = "limits"
+    POSTURE = "posture"
+    REGION = "base region"
+    OBSTACLE = "obstacle"
+    PART = "part"
+    FLOOR = "floor"
+    COUPLING = "coupling"
+    ARM = "arm"
+
+
+OWN = (Kind.STEP, Kind.CONDITIONING, Kind.LIMITS, Kind.POSTURE, Kind.REGION)
+"""What an arm is asked for whatever stands around it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Element:
+    """Something that a cell asks for.
+
+    Attributes:
+        kind: its sort. index: of the arm, obstacle or coupling. joint: of limits.
+    """
+
+    kind: Kind
+    index: int = 0
+    joint: int = 0
+
+    def words(self, cell: Cell) -> str:
+        """Its name for people."""
+        match self.kind:
+            case Kind.OBSTACLE:
+                return f"obstacle {cell.surroundings.obstacles[self.index].name}"
+            case Kind.COUPLING:
+                coupling = cell.couplings[self.index]
+                return f"coupling {coupling.kind}({', '.join(cell.arms[arm].name for arm in coupling.arms)})"
+            case Kind.LIMITS:
+                arm = cell.arms[self.index]
+                return f"limits of {arm.name} / {arm.robot.joint_names[self.joint]}"
+            case Kind.ARM:
+                return f"arm {cell.arms[self.index].name}"
+            case Kind.REGION | Kind.POSTURE | Kind.CONDITIONING:
+                return f"{self.kind} of {cell.arms[self.index].name}"
+            case _:
+                return str(self.kind)
+
+
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """Some elements of a cell, and the poses from ``first`` to ``last``, both included."""
+
+    elements: frozenset[Element]
+    first: int
+    last: int
+
+    def without(self, element: Element) -> Selection:
+        """The selection with one element less."""
+        return replace(self, elements=self.elements - {element})
+
+    def shorter(self) -> Iterator[Selection]:
+        """The selection without its first, and without its last pose; nothing if it has but one."""
+        if self.first < self.last:
+            yield replace(self, first=self.first + 1)
+            yield replace(self, last=self.last - 1)
+
+    def halfway(self, fewer: Selection) -> Selection:
+        """Some of the poses that ``fewer`` leaves out at either end."""
+        first, last = (self.first + fewer.first) // 2, (self.last + fewer.last + 1) // 2
+        return replace(self, first=first, last=last)
+
+    def words(self, cell: Cell) -> tuple[str, ...]:
+        """What it holds, for people: arms first (where there are several), then poses, then the rest."""
+        poses = f"pose {self.first}" if self.first == self.last else f"poses {self.first}-{self.last}"
+        ordered = by_interest(self.elements)
+        arms = [e.words(cell) for e in ordered if e.kind is Kind.ARM and len(cell.arms) > 1]
+        return (*arms, poses, *(e.words(cell) for e in ordered if e.kind is not Kind.ARM))
+
+
+def by_interest(elements: Iterable[Element]) -> list[Element]:
+    """Elements in the order of `Kind`: the first to be left out first."""
+    order = list(Kind)
+    return sorted(elements, key=lambda e: (order.index(e.kind), e.index, e.joint))
+
+
+def everything(cell: Cell) -> Selection:
+    """All elements and all poses."""
+    return Selection(frozenset(_elements(cell)), 0, len(cell.task) - 1)
+
+
+def _elements(cell: Cell) -> Iterator[Element]:
+    around = cell.surroundings
+    for a, arm in enumerate(cell.arms):
+        yield Element(Kind.ARM, a)
+        yield Element(Kind.REGION, a)
+        if not arm.posture.free:
+            yield Element(Kind.POSTURE, a)
+        if arm.min_conditioning is not None:
+            yield Element(Kind.CONDITIONING, a)
+        yield from (Element(Kind.LIMITS, a, int(j)) for j in np.flatnonzero(np.isfinite(arm.upper - arm.lower)))
+    asked = around.clearances
+    if asked.arm_obstacle is not None or asked.part_obstacle is not None:
+        yield from (Element(Kind.OBSTACLE, k) for k in range(len(around.obstacles)))
+    if around.part is not None and (asked.arm_part is not None or asked.part_obstacle is not None):
+        yield Element(Kind.PART)
+    if asked.self_collision is not None:
+        yield Element(Kind.SELF)
+    if around.floor is not None:
+        yield Element(Kind.FLOOR)
+    yield from (Element(Kind.COUPLING, k) for k in range(len(cell.couplings)))
+    if cell.max_joint_step < pi:
+        yield Element(Kind.STEP)
+
+
+def arms_of(cell: Cell, selection: Selection) -> list[int]:
+    """Indices of the arms in a selection."""
+    return [a for a in range(len(cell.arms)) if Element(Kind.ARM, a) in selection.elements]
+
+
+def restricted(cell: Cell, selection: Selection) -> Cell:
+    """The cell with nothing but a selection of what it asks for; a single pose is held for two."""
+    chosen, arms = selection.elements, arms_of(cell, selection)
+    poses = cell.task.poses[selection.first : selection.last + 1]
+    part = cell if len(poses) == len(cell.task) else replace(cell, task=Task(_at_least_two(poses)))
+    couplings = (c for k, c in enumerate(cell.couplings) if Element(Kind.COUPLING, k) in chosen)
+    return replace(
+        part,
+        arms=tuple(_relaxed(part, a, chosen) for a in arms),
+        max_joint_step=cell.max_joint_step if Element(Kind.STEP) in chosen else pi,
+        surroundings=_surroundings(cell.surroundings, chosen),
+        couplings=_among(couplings, arms),
+    )
+
+
+def _at_least_two(poses: np.ndarray) -> np.ndarray:
+    return np.repeat(poses, 2, axis=0) if len(poses) == 1 else poses
+
+
+def _relaxed(cell: Cell, index: int, chosen: frozenset[Element]) -> Arm:
+    """An arm without what is not chosen of it; the height of its base stays."""
+    arm = cell.arms[index]
+    if Element(Kind.REGION, index) not in chosen:
+        windows = reach_windows(cell, arm)
+        x, y = (Interval(float(np.min(windows[:, k, 0])), float(np.max(windows[:, k, 1]))) for k in range(2))
+        arm = replace(arm, base=replace(arm.base, x=x, y=y, yaw=FREE_YAW))
+    if Element(Kind.POSTURE, index) not in chosen:
+        arm = replace(arm, posture=Posture())
+    if Element(Kind.CONDITIONING, index) not in chosen:
+        arm = replace(arm, min_conditioning=None)
+    kept = np.array([Element(Kind.LIMITS, index, j) in chosen for j in range(arm.dof)])
+    if np.all(kept | np.isinf(arm.upper - arm.lower)):
+        return arm
+    return replace(arm, lower=np.where(kept, arm.lower, -inf), upper=np.where(kept, arm.upper, inf))
+
+
+def _surroundings(around: Surroundings, chosen: frozenset[Element]) -> Surroundings:
+    asked = around.clearances
+    return replace(
+        around,
+        obstacles=tuple(o for k, o in enumerate(around.obstacles) if Element(Kind.OBSTACLE, k) in chosen),
+        part=around.part if Element(Kind.PART) in chosen else None,
+        floor=around.floor if Element(Kind.FLOOR) in chosen else None,
+        clearances=asked if Element(Kind.SELF) in chosen else replace(asked, self_collision=None),
+    )
+
+
+def _among(couplings: Iterable[Coupling], arms: list[int]) -> tuple[Coupling, ...]:
+    """The couplings all of whose arms are there, with the arms' new numbers."""
+    kept = (among(coupling, arms) for coupling in couplings)
+    return tuple(coupling for coupling in kept if coupling is not None)

@@ -1,0 +1,72 @@
+"""From a path through some of the poses to one through as many as possible, from the same base on the same branch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.arm import Arm
+from models.arrays import Floats
+from models.cell import Cell
+from models.pose import inverse
+from optimizer.path_samples import ObjectPath, follow
+from optimizer.program import ArmPoint
+
+CUTS = 4
+"""Steps in which an arm follows the part from a pose to the next."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Way:
+    """One arm of a layout.
+
+    Attributes:
+        point: base, and joints (m, n) rad of which those from pose ``first`` to ``last`` mean something.
+        first: pose. last: pose, included.
+        lost: poses next to these that the arm does not get to from there; without any, it gets to all.
+    """
+
+    point: ArmPoint
+    first: int
+    last: int
+    lost: tuple[int, ...]
+
+
+def extended(cell: Cell, arm: Arm, point: ArmPoint, first: int, last: int) -> Way:
+    """Follow the part outwards.
+
+    Args:
+        cell: the whole task. arm: one of its arms.
+        point: joints at the poses from ``first`` to ``last``; for a single pose any number of equal rows.
+    """
+    m = len(cell.task)
+    joints: Floats = np.zeros((m, arm.dof))
+    joints[first : last + 1] = point.joints[: last - first + 1]
+    path = ObjectPath(cell.task.poses)
+    base = arm.base_in_world(point.position, point.yaw)
+    lost = []
+    for step in (1, -1):
+        pose = last if step > 0 else first
+        while 0 <= pose + step < m:
+            q = _next(path, arm, base, joints[pose], pose, step)
+            if q is None:
+                lost.append(pose + step)
+                break
+            pose += step
+            joints[pose] = q
+        first, last = (first, pose) if step > 0 else (pose, last)
+    return Way(ArmPoint(point.position, point.yaw, joints, point.signs), first, last, tuple(lost))
+
+
+def _next(path: ObjectPath, arm: Arm, base: Floats, joints: Floats, pose: int, step: int) -> Floats | None:
+    """Joints (n,) one pose further; None if the arm cannot follow."""
+    before = pose if step > 0 else pose - 1
+    for cut in range(1, CUTS + 1):
+        share = cut / CUTS if step > 0 else 1.0 - cut / CUTS
+        flange = path.at(np.array([before]), np.array([share])) @ arm.grasp @ inverse(arm.tool)
+        found, good = follow(arm.robot, base, flange, joints[None], joints[None])
+        if not good[0]:
+            return None
+        joints = found[0]
+    return joints

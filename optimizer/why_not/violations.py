@@ -1,0 +1,200 @@
+"""What a layout breaks of all that a cell asks for, each time with the elements of which any one would have to go."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from models.arm import Arm
+from models.cell import Cell
+from models.chain import chain_of
+from models.closed_form import closed_form
+from models.collision_bodies import Owner
+from models.kinematics import characteristic_length
+from models.screws import conditioning_of
+from models.surroundings import PairClass
+from models.task import Task
+from optimizer.coupled.obstructed import part_hits
+from optimizer.coupled.samples import Samples, sample_path
+from optimizer.coupled.scene import LIMITS, Scene, tie_violation, world_yaw
+from optimizer.measure import path_signs
+from optimizer.program import ArmPoint
+from optimizer.verify import LIMITS as EXACT
+from optimizer.why_not.elements import Element, Kind, Selection
+from optimizer.why_not.extend import Way
+
+MOST_CONTACTS = 1500
+"""Pairs and places that Coal is asked about."""
+
+
+@dataclass(frozen=True, slots=True)
+class Violation:
+    """Something that a layout breaks: it would not if any of the elements or any of the poses were left out.
+
+    Attributes:
+        elements: all of them are needed for it. first: pose. last: likewise; None for both where poses do not matter.
+    """
+
+    elements: frozenset[Element]
+    first: int | None = None
+    last: int | None = None
+
+    def within(self, selection: Selection) -> bool:
+        """True if a selection asks for all that is broken here."""
+        inside = self.first is None or self.last is None or selection.first <= self.first <= self.last <= selection.last
+        return inside and self.elements <= selection.elements
+
+
+def violations(cell: Cell, ways: Mapping[int, Way]) -> tuple[Violation, ...]:
+    """All that a layout breaks.
+
+    Args:
+        cell: the whole cell.
+        ways: index of an arm -> where it stands and how it goes along the task, for the arms that are placed.
+
+    Returns:
+        Distances are looked at on samples of the path; the rest at the poses.
+    """
+    missing = (Violation(frozenset({Element(Kind.ARM, a)})) for a in range(len(cell.arms)) if a not in ways)
+    own = (violation for a, way in ways.items() for violation in _of_arm(cell, a, way))
+    found = dict.fromkeys([*missing, *own, *_couplings(cell, ways), *_floor(cell, ways), *_along(cell, ways)])
+    return tuple(found)
+
+
+def part_violations(cell: Cell) -> tuple[Violation, ...]:
+    """What the part hits on its way, whatever the arms do."""
+    return tuple(
+        Violation(frozenset({Element(Kind.PART), Element(Kind.OBSTACLE, obstacle)}), first, last)
+        for obstacle, first, last in part_hits(cell)
+    )
+
+
+def _of_arm(cell: Cell, a: int, way: Way) -> Iterator[Violation]:
+    """What an arm breaks by itself."""
+    arm, point = cell.arms[a], way.point
+    this = Element(Kind.ARM, a)
+    for pose in way.lost:
+        yield Violation(frozenset({this}), pose, pose)
+    place, region = point.position, arm.base.bounds[:3]
+    off = float(np.max(np.maximum(region[:, 0] - place, place - region[:, 1])))
+    if max(off, arm.base.yaw_outside(point.yaw)) > EXACT:
+        yield Violation(frozenset({this, Element(Kind.REGION, a)}))
+    form = closed_form(arm.robot)
+    if form is not None and not arm.posture.admits(path_signs(form, point.joints[way.first : way.last + 1])):
+        yield Violation(frozenset({this, Element(Kind.POSTURE, a)}))
+    q = point.joints[way.first : way.last + 1]
+    for row, joint in np.argwhere(np.maximum(arm.lower - q, q - arm.upper) > EXACT):
+        pose = way.first + int(row)
+        yield Violation(frozenset({this, Element(Kind.LIMITS, a, int(joint))}), pose, pose)
+    for row in np.flatnonzero(np.any(np.abs(np.diff(q, axis=0)) > cell.max_joint_step + EXACT, axis=1)):
+        pose = way.first + int(row)
+        yield Violation(frozenset({this, Element(Kind.STEP)}), pose, pose + 1)
+    for row in np.flatnonzero(_ill_conditioned(arm, q)):
+        pose = way.first + int(row)
+        yield Violation(frozenset({this, Element(Kind.CONDITIONING, a)}), pose, pose)
+
+
+def _ill_conditioned(arm: Arm, joints: np.ndarray) -> np.ndarray:
+    """(m,) True where the conditioning asked for is not kept."""
+    if arm.min_conditioning is None:
+        return np.zeros(len(joints), dtype=np.bool_)
+    values = conditioning_of(chain_of(arm.robot), arm.tool, joints, characteristic_length(arm.robot))
+    return np.asarray(values < arm.min_conditioning - EXACT)
+
+
+def _couplings(cell: Cell, ways: Mapping[int, Way]) -> Iterator[Violation]:
+    bases = {a: (*way.point.position, way.point.yaw) for a, way in ways.items()}
+    for k, coupling in enumerate(cell.couplings):
+        if all(arm in bases for arm in coupling.arms):
+            rows = coupling.rows([bases.get(a, (0.0,) * 4) for a in range(len(cell.arms))])
+            if tie_violation(rows) > LIMITS:
+                arms = (Element(Kind.ARM, arm) for arm in coupling.arms)
+                yield Violation(frozenset({Element(Kind.COUPLING, k), *arms}))
+
+
+def _floor(cell: Cell, ways: Mapping[int, Way]) -> Iterator[Violation]:
+    floor = cell.surroundings.floor
+    if floor is None:
+        return
+    for a, way in ways.items():
+        arm, point = cell.arms[a], way.point
+        footprint = cell.surroundings.footprint(arm.name)
+        gap = floor.signed_distance(point.position[None, :2], footprint, world_yaw(arm, point.yaw))
+        if float(gap[0]) < -LIMITS:
+            yield Violation(frozenset({Element(Kind.ARM, a), Element(Kind.FLOOR)}))
+
+
+# --- along the path ---------------------------------------------------------------------------------------------------
+
+
+def _along(cell: Cell, ways: Mapping[int, Way]) -> Iterator[Violation]:
+    """Bodies that come too near to each other, and joint limits between the poses."""
+    arms = list(ways)
+    first, last = max((w.first for w in ways.values()), default=0), min((w.last for w in ways.values()), default=0)
+    if not cell.surroundings.clearances.any or first >= last:
+        return
+    part = replace(
+        cell, arms=tuple(cell.arms[a] for a in arms), task=Task(cell.task.poses[first : last + 1]), couplings=()
+    )
+    points = [replace(ways[a].point, joints=ways[a].point.joints[first : last + 1]) for a in arms]
+    scene = Scene.of(part)
+    samples = sample_path(part, scene.path, scene.bases(points), points)
+    if not samples.followed:
+        yield Violation(frozenset(Element(Kind.ARM, a) for a in arms), first, last)
+    for violation in (*_contacts(scene, samples, points, arms), *_limits(part, samples, arms)):
+        yield replace(
+            violation,
+            first=None if violation.first is None else violation.first + first,
+            last=None if violation.last is None else violation.last + first,
+        )
+
+
+def _poses(samples: Samples, k: int) -> tuple[int, int]:
+    """The poses at or between which sample ``k`` is."""
+    step, fraction = int(samples.step[k]), float(samples.fraction[k])
+    if fraction <= 0.0:
+        return step, step
+    return (step + 1, step + 1) if fraction >= 1.0 else (step, step + 1)
+
+
+def _limits(cell: Cell, samples: Samples, arms: Sequence[int]) -> Iterator[Violation]:
+    for a, arm, q in zip(arms, cell.arms, samples.joints, strict=True):
+        for k, joint in np.argwhere(np.maximum(arm.lower - q, q - arm.upper) > LIMITS):
+            elements = frozenset({Element(Kind.ARM, a), Element(Kind.LIMITS, a, int(joint))})
+            yield Violation(elements, *_poses(samples, int(k)))
+
+
+def _contacts(scene: Scene, samples: Samples, points: Sequence[ArmPoint], arms: Sequence[int]) -> Iterator[Violation]:
+    """Pairs that are too near; each once for every set of elements and poses."""
+    model = scene.model
+    if model is None:
+        return
+    b = model.bodies
+    obstacles = {name.name: k for k, name in enumerate(scene.cell.surroundings.obstacles)}
+    places = model.configure(scene.bases(points), samples.joints, samples.objects)
+    spare = model.bounds(places, scene.movable) - scene.required
+    seen: set[Violation] = set()
+    for index in np.argsort(spare, axis=None, kind="stable")[:MOST_CONTACTS]:
+        k, pair = (int(i) for i in np.unravel_index(index, spare.shape))
+        if not spare[k, pair] < 0.0:
+            break
+        owners = (b.owners[b.first[pair]], b.owners[b.second[pair]])
+        elements = {element for owner in owners for element in _element_of(owner, arms)}
+        kind = b.kinds[pair]
+        if kind is PairClass.ARM_OBSTACLE:
+            elements.add(Element(Kind.OBSTACLE, obstacles[b.names[b.second[pair]]]))
+        if kind is PairClass.SELF:
+            elements.add(Element(Kind.SELF))
+        violation = Violation(frozenset(elements), *_poses(samples, k))
+        if violation not in seen and model.contact(places, k, pair).distance < scene.required[pair]:
+            seen.add(violation)
+            yield violation
+
+
+def _element_of(owner: Owner, arms: Sequence[int]) -> Iterator[Element]:
+    if owner.arm is not None:
+        yield Element(Kind.ARM, arms[owner.arm])
+    if owner.part:
+        yield Element(Kind.PART)

@@ -63,3 +63,9 @@ class Cell:
     def alone(self, job: int) -> Cell:
         """The same cell with one job of the task only."""
         return replace(self, task=self.task.alone(job), arms=tuple(arm.in_job(job) for arm in self.arms))
+
+    def part(self, first: int, last: int) -> Cell:
+        """The same cell with the poses from ``first`` to ``last`` only, both included; a single one is held for two."""
+        jobs = slice(int(self.task.job_of[first]), int(self.task.job_of[last]) + 1)
+        arms = (arm if arm.grasps is None else replace(arm, grasps=arm.grasps[jobs]) for arm in self.arms)
+        return replace(self, task=self.task.part(first, last), arms=tuple(arms))

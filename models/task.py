@@ -88,6 +88,14 @@ class Task:
         some = self.jobs[job]
         return Task(self.poses[some], names=(self.names[job],), weights=self.weights[some])
 
+    def part(self, first: int, last: int) -> Task:
+        """The poses from ``first`` to ``last``, both included; a single one is held for two."""
+        rows = np.arange(first, last + 1) if first < last else np.array([first, first])
+        jobs = self.job_of[rows]
+        starts = (0,) if first == last else tuple(int(k) for k in np.flatnonzero(np.diff(jobs, prepend=-1)))
+        names = tuple(self.names[jobs[k]] for k in starts)
+        return Task(self.poses[rows], starts, names, self.weights[rows])
+
 
 def task_from_poses(poses: ArrayLike) -> Task:
     """A task from poses sent one by one.

@@ -11,7 +11,7 @@ from optimizer.clearance import found_clearances
 from optimizer.coupled.scene import Scene
 from optimizer.findings import Explanation
 from optimizer.layout import Layout, Outcome
-from optimizer.measure import placed
+from optimizer.measure import jobs_of, placed
 from optimizer.program import ArmPoint
 from optimizer.settings import Settings
 from optimizer.tolerance.tolerance import tolerance_of
@@ -51,4 +51,5 @@ def _rescued(cell: Cell, layout: Layout, points: Sequence[ArmPoint]) -> Layout:
         proved=False,
         verification=summarise([check(cell, arm, point) for arm, point in zip(cell.arms, points, strict=True)]),
         clearances=() if path is None else found_clearances(path),
+        jobs=jobs_of(cell, placements),
     )

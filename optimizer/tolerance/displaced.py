@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -112,9 +112,10 @@ class Displaced:
         count, places = len(self.errors), len(nominal.step)
         if model is None:
             return None, np.zeros((count, places, 0))
-        bases = np.stack([np.repeat(path.bases, places, axis=0) for path in self.paths])
-        joints = [path.joints.reshape(-1, path.joints.shape[2]) for path in self.paths]
-        here = model.configure(bases, joints, np.tile(nominal.objects, (count, 1, 1)))
+        bases = np.stack([path.bases for path in self.paths], axis=1)
+        joints = [path.joints for path in self.paths]
+        here = model.configure_layouts(bases, joints, nominal.objects, nominal.jobs)
+        here = replace(here, counted=model.counted(nominal.bases))
         gaps = model.bounds(here, self._in_question(here))
         return here, gaps.reshape(count, places, -1)
 
@@ -127,7 +128,7 @@ class Displaced:
         if model is None or len(self) == 0:
             return np.zeros(nominal.gaps.shape[1], dtype=np.bool_)
         b = model.bodies
-        before = model.configure(nominal.bases, nominal.joints, nominal.objects)
+        before = model.configure(nominal.bases, nominal.joints, nominal.objects, nominal.jobs)
         shape = (len(self), len(nominal.step), *before.ends.shape[1:])
         shift = np.linalg.norm(here.ends.reshape(shape) - before.ends, axis=-1).max(axis=(0, 1, 3))
         turn = sum(
@@ -163,7 +164,8 @@ def _arm_path(nominal: Nominal, index: int, errors: Floats) -> ArmPath:
     joints, arrived = _followed(nominal, index, different, bases)
     q = joints[:, :m]
     margin = np.min(np.minimum(q - arm.lower, arm.upper - q), axis=(1, 2))
-    step = nominal.cell.max_joint_step - np.max(np.abs(np.diff(q, axis=1)), axis=(1, 2), initial=0.0)
+    steps = np.abs(np.diff(q, axis=1)[:, nominal.cell.task.joined])
+    step = nominal.cell.max_joint_step - np.max(steps, axis=(1, 2), initial=0.0)
     rows = ArmPath(bases, joints, arrived, margin, step, _conditioning(arm, q))
     return _picked(rows, which.reshape(-1))
 

@@ -50,6 +50,11 @@ class Nominal:
         return self.scene.cell
 
     @property
+    def jobs(self) -> Ints:
+        """(C,) the job of the task that each place belongs to."""
+        return self.cell.task.job_of[self.step]
+
+    @property
     def poses(self) -> int:
         """m; the first so many places are the poses."""
         return len(self.cell.task)
@@ -74,7 +79,7 @@ class Nominal:
         objects = np.concatenate([cell.task.poses, scene.path.at(step[m:], fraction[m:])])
         flanges, joints, good = [], [], np.ones(len(step), dtype=np.bool_)
         for arm, base, point in zip(cell.arms, bases, points, strict=True):
-            flanges.append(objects @ arm.grasp @ inverse(arm.tool))
+            flanges.append(objects @ cell.grasps(arm)[step] @ inverse(arm.tool))
             share = fraction[m:, None]
             near = (1.0 - share) * point.joints[step[m:]] + share * point.joints[np.minimum(step[m:] + 1, m - 1)]
             found, arrived = follow(arm.robot, base, flanges[-1][m:], near, near)
@@ -83,7 +88,8 @@ class Nominal:
         joints = [q[good] for q in joints]
         gaps = np.zeros((int(np.sum(good)), 0))
         if scene.model is not None:
-            gaps = scene.model.bounds(scene.model.configure(bases, joints, objects[good]), scene.movable)
+            here = scene.model.configure(bases, joints, objects[good], cell.task.job_of[step[good]])
+            gaps = scene.model.bounds(here, scene.movable)
         return Nominal(
             scene,
             points,

@@ -79,10 +79,13 @@ def _limits(nominal: Nominal, size: Floats) -> _Rows:
 def _steps(nominal: Nominal, size: Floats) -> _Rows:
     """For every joint the longest step."""
     arms, m = nominal.cell.arms, nominal.poses
-    spare, slopes = [], []
+    spare, slopes = [np.zeros(0)], [np.zeros((0, len(arms), BASE))]
     for a, arm in enumerate(arms):
-        step = np.diff(nominal.joints[a][:m], axis=0)
-        change = np.diff(nominal.follow[a][:m], axis=0) * size
+        joined = nominal.cell.task.joined
+        step = np.diff(nominal.joints[a][:m], axis=0)[joined]
+        change = np.diff(nominal.follow[a][:m], axis=0)[joined] * size
+        if len(step) == 0:
+            continue
         worst = np.argmax(np.abs(step) + np.sum(np.abs(change), axis=2), axis=0)
         joints = np.arange(arm.dof)
         rows = np.zeros((arm.dof, len(arms), BASE))
@@ -102,7 +105,7 @@ def _contacts(nominal: Nominal, size: Floats) -> _Rows:
     nearest = np.argsort(spare[places, np.arange(spare.shape[1])], kind="stable")[:PAIRS]
     nearest = nearest[np.isfinite(spare[places[nearest], nearest])]
     at = places[nearest]
-    here = model.configure(nominal.bases, nominal.joints, nominal.objects)
+    here = model.configure(nominal.bases, nominal.joints, nominal.objects, nominal.jobs)
     contacts = [model.contact(here, int(k), int(pair)) for k, pair in zip(at, nearest, strict=True)]
     slopes = contact_gradients(model, here, at, contacts, nominal.bases)
     rows = slopes.bases.copy()

@@ -49,7 +49,7 @@ def _own(displaced: Displaced, i: int, a: int) -> str:
         pose, joint = (int(x) for x in np.unravel_index(np.argmin(margins), margins.shape))
         return f"{arm.name} / {arm.robot.joint_names[joint]} reaches its limit at pose {pose}"
     if path.step[i] <= path.conditioning[i]:
-        steps = np.abs(np.diff(q, axis=0))
+        steps = np.abs(np.diff(q, axis=0)) * nominal.cell.task.joined[:, None]
         pose, joint = (int(x) for x in np.unravel_index(np.argmax(steps), steps.shape))
         return f"{arm.name} / {arm.robot.joint_names[joint]} makes too long a step to pose {pose + 1}"
     return f"{arm.name} falls short of its min_conditioning"

@@ -189,11 +189,12 @@ def _grasps(cell: Cell, a: int) -> Iterator[Change]:
     """The same grip, turned about the tool's axis."""
     arm = cell.arms[a]
     for quarter in TURNS:
-        turned = arm.grasp @ transform(rotation_z(quarter * pi / 2), np.zeros(3))
+        turn = transform(rotation_z(quarter * pi / 2), np.zeros(3))
+        turned = replace(arm, grasp=arm.grasp @ turn, grasps=None if arm.grasps is None else arm.grasps @ turn)
         yield Change(
             f"turn the grasp of {arm.name} by {90 * quarter if quarter < 3 else -90}° about the z axis of its tool",
             f"/arms/{a}/grasp/orientation",
-            _with_arm(cell, a, replace(arm, grasp=turned)),
+            _with_arm(cell, a, turned),
         )
 
 

@@ -14,7 +14,6 @@ from models.cell import Cell
 from models.coupling import Coupling, among
 from models.posture import Posture
 from models.surroundings import Surroundings
-from models.task import Task
 from optimizer.box import reach_windows
 
 
@@ -143,8 +142,7 @@ def arms_of(cell: Cell, selection: Selection) -> list[int]:
 def restricted(cell: Cell, selection: Selection) -> Cell:
     """The cell with nothing but a selection of what it asks for; a single pose is held for two."""
     chosen, arms = selection.elements, arms_of(cell, selection)
-    poses = cell.task.poses[selection.first : selection.last + 1]
-    part = cell if len(poses) == len(cell.task) else replace(cell, task=Task(_at_least_two(poses)))
+    part = cell.part(selection.first, selection.last)
     couplings = (c for k, c in enumerate(cell.couplings) if Element(Kind.COUPLING, k) in chosen)
     return replace(
         part,
@@ -153,10 +151,6 @@ def restricted(cell: Cell, selection: Selection) -> Cell:
         surroundings=_surroundings(cell.surroundings, chosen),
         couplings=_among(couplings, arms),
     )
-
-
-def _at_least_two(poses: np.ndarray) -> np.ndarray:
-    return np.repeat(poses, 2, axis=0) if len(poses) == 1 else poses
 
 
 def _relaxed(cell: Cell, index: int, chosen: frozenset[Element]) -> Arm:

@@ -34,7 +34,7 @@ class Way:
 
 
 def extended(cell: Cell, arm: Arm, point: ArmPoint, first: int, last: int) -> Way:
-    """Follow the part outwards.
+    """Follow the part outwards, on from the end of a job to the start of the next as if it were one way.
 
     Args:
         cell: the whole task. arm: one of its arms.
@@ -49,7 +49,7 @@ def extended(cell: Cell, arm: Arm, point: ArmPoint, first: int, last: int) -> Wa
     for step in (1, -1):
         pose = last if step > 0 else first
         while 0 <= pose + step < m:
-            q = _next(path, arm, base, joints[pose], pose, step)
+            q = _next(path, arm, base, joints[pose], pose, cell.grasps(arm)[pose + step], step)
             if q is None:
                 lost.append(pose + step)
                 break
@@ -59,12 +59,14 @@ def extended(cell: Cell, arm: Arm, point: ArmPoint, first: int, last: int) -> Wa
     return Way(ArmPoint(point.position, point.yaw, joints, point.signs), first, last, tuple(lost))
 
 
-def _next(path: ObjectPath, arm: Arm, base: Floats, joints: Floats, pose: int, step: int) -> Floats | None:
+def _next(
+    path: ObjectPath, arm: Arm, base: Floats, joints: Floats, pose: int, grasp: Floats, step: int
+) -> Floats | None:
     """Joints (n,) one pose further; None if the arm cannot follow."""
     before = pose if step > 0 else pose - 1
     for cut in range(1, CUTS + 1):
         share = cut / CUTS if step > 0 else 1.0 - cut / CUTS
-        flange = path.at(np.array([before]), np.array([share])) @ arm.grasp @ inverse(arm.tool)
+        flange = path.at(np.array([before]), np.array([share])) @ grasp @ inverse(arm.tool)
         found, good = follow(arm.robot, base, flange, joints[None], joints[None])
         if not good[0]:
             return None

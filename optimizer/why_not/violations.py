@@ -15,7 +15,6 @@ from models.collision_bodies import Owner
 from models.kinematics import characteristic_length
 from models.screws import conditioning_of
 from models.surroundings import PairClass
-from models.task import Task
 from optimizer.coupled.obstructed import part_hits
 from optimizer.coupled.samples import Samples, sample_path
 from optimizer.coupled.scene import LIMITS, Scene, tie_violation, world_yaw
@@ -88,7 +87,8 @@ def _of_arm(cell: Cell, a: int, way: Way) -> Iterator[Violation]:
     for row, joint in np.argwhere(np.maximum(arm.lower - q, q - arm.upper) > EXACT):
         pose = way.first + int(row)
         yield Violation(frozenset({this, Element(Kind.LIMITS, a, int(joint))}), pose, pose)
-    for row in np.flatnonzero(np.any(np.abs(np.diff(q, axis=0)) > cell.max_joint_step + EXACT, axis=1)):
+    joined = cell.task.joined[way.first : way.last]
+    for row in np.flatnonzero(joined & np.any(np.abs(np.diff(q, axis=0)) > cell.max_joint_step + EXACT, axis=1)):
         pose = way.first + int(row)
         yield Violation(frozenset({this, Element(Kind.STEP)}), pose, pose + 1)
     for row in np.flatnonzero(_ill_conditioned(arm, q)):
@@ -135,9 +135,7 @@ def _along(cell: Cell, ways: Mapping[int, Way]) -> Iterator[Violation]:
     first, last = max((w.first for w in ways.values()), default=0), min((w.last for w in ways.values()), default=0)
     if not cell.surroundings.clearances.any or first >= last:
         return
-    part = replace(
-        cell, arms=tuple(cell.arms[a] for a in arms), task=Task(cell.task.poses[first : last + 1]), couplings=()
-    )
+    part = replace(cell, arms=tuple(cell.arms[a] for a in arms), couplings=()).part(first, last)
     points = [replace(ways[a].point, joints=ways[a].point.joints[first : last + 1]) for a in arms]
     scene = Scene.of(part)
     samples = sample_path(part, scene.path, scene.bases(points), points)
@@ -173,7 +171,7 @@ def _contacts(scene: Scene, samples: Samples, points: Sequence[ArmPoint], arms: 
         return
     b = model.bodies
     obstacles = {name.name: k for k, name in enumerate(scene.cell.surroundings.obstacles)}
-    places = model.configure(scene.bases(points), samples.joints, samples.objects)
+    places = model.configure(scene.bases(points), samples.joints, samples.objects, samples.jobs)
     spare = model.bounds(places, scene.movable) - scene.required
     seen: set[Violation] = set()
     for index in np.argsort(spare, axis=None, kind="stable")[:MOST_CONTACTS]:

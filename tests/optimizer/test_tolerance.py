@@ -20,7 +20,7 @@ from models.shapes import Body, Capsule, Sphere
 from models.surroundings import Clearances, Equipment, PairClass, Pedestal, Surroundings
 from models.task import Task, line
 from optimizer.clearance import check_clearance, found_clearances
-from optimizer.measure import place
+from optimizer.measure import placed as place
 from optimizer.optimize import optimize
 from optimizer.path_samples import ObjectPath
 from optimizer.program import ArmPoint
@@ -45,7 +45,7 @@ def at_rest(robot: str, q=None, **given) -> tuple[Cell, list]:
     hand = flange_poses(arm.robot, joints)[0] @ arm.tool
     cell = Cell(Task(np.tile(np.eye(4), (2, 1, 1))), (replace(arm, grasp=hand),))
     point = ArmPoint(np.zeros(3), 0.0, np.tile(joints, (2, 1)), None)
-    return cell, [place(cell.arms[0], point)]
+    return cell, [place(cell, cell.arms[0], point)]
 
 
 def pair() -> tuple[Cell, list]:
@@ -59,7 +59,7 @@ def placed(cell: Cell, bases, joints) -> list:
     placements = []
     for arm, base, q in zip(cell.arms, bases, joints, strict=True):
         yaw = float(np.arctan2(base[1, 0], base[0, 0]))
-        placements.append(place(arm, ArmPoint(base[:3, 3], yaw, q, None)))
+        placements.append(place(cell, arm, ArmPoint(base[:3, 3], yaw, q, None)))
     return placements
 
 

@@ -14,14 +14,18 @@ from fastapi.responses import HTMLResponse
 from fastapi.staticfiles import StaticFiles
 
 from service import error_handlers, openapi
-from service.api import evaluate, health, layouts, robots
+from service.api import evaluate, events, health, layouts, robots
 from service.api.state import State
+from service.dispatch import Rules
 from service.evaluations import Evaluations
-from service.executor import Executor, ProcessExecutor
+from service.executor import Executor
 from service.health import Monitor
-from service.jobs import MemoryJobs
+from service.jobs import Capacity, Jobs
+from service.pool import ProcessExecutor
 from service.robots import robot_list
 from service.settings import Settings
+from service.store.job_store import JobStore
+from service.store.sql import SqlJobStore
 from service.version import package_version
 
 STATIC = Path(__file__).parent / "static"
@@ -29,12 +33,15 @@ NO_ICON = "data:,"
 """An icon that is no request."""
 
 
-def create_app(settings: Settings | None = None, executor: Executor | None = None) -> FastAPI:
+def create_app(
+    settings: Settings | None = None, executor: Executor | None = None, store: JobStore | None = None
+) -> FastAPI:
     """The application.
 
     Args:
         settings: default: from the environment.
         executor: where solves run; default: warm processes. It is started and stopped with the application.
+        store: where jobs are kept; default: as the settings say. It is opened and closed with the application.
     """
     settings = settings or Settings()
     runs_on = executor or ProcessExecutor(settings.workers)
@@ -42,14 +49,13 @@ def create_app(settings: Settings | None = None, executor: Executor | None = Non
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         runs_on.start()
-        jobs = MemoryJobs(
+        jobs = Jobs(
+            SqlJobStore(settings.store_url()) if store is None else store,
             runs_on,
-            workers=settings.workers,
-            time_limit=settings.time_limit,
-            grace=settings.grace,
-            max_queued=settings.max_queued,
-            keep=settings.keep_jobs,
+            Rules(settings.workers, settings.max_attempts, settings.time_limit, settings.grace),
+            Capacity(settings.max_queued, settings.keep_jobs),
         )
+        await jobs.start()
         monitor = Monitor(runs_on, settings.self_test_every)
         evaluations = Evaluations(runs_on, limit=settings.evaluate_limit, most=settings.max_evaluations)
         app.state.duocell = State(settings, jobs, evaluations, monitor)
@@ -60,8 +66,8 @@ def create_app(settings: Settings | None = None, executor: Executor | None = Non
             for task in background:
                 task.cancel()
             await asyncio.gather(*background, return_exceptions=True)
-            await jobs.close()
-            await asyncio.to_thread(runs_on.stop)
+            await jobs.close(settings.drain)
+            await runs_on.stop()
 
     app = FastAPI(
         title="duocell",
@@ -71,7 +77,7 @@ def create_app(settings: Settings | None = None, executor: Executor | None = Non
         redoc_url=None,
     )
     error_handlers.install(app)
-    for part in (evaluate, layouts, robots, health):
+    for part in (evaluate, layouts, events, robots, health):
         app.include_router(part.router)
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
     app.add_api_route("/docs", _docs, include_in_schema=False, response_class=HTMLResponse)

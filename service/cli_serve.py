@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
+import socket
+from math import ceil
 from typing import Any
 
 from pydantic import ValidationError
 
 from service.cli_input import complain
-from service.executor import ProcessExecutor
 from service.issues import Issue
+from service.pool import ProcessExecutor
 from service.settings import Settings
 
-GRACEFUL_SHUTDOWN = 5
-"""s that open requests are given when the server is told to stop."""
+AFTER_DRAIN = 3.0
+"""s that open connections are given when the last solve has ended or was put back."""
 
 
 def serve(**flags: Any) -> int:
@@ -23,20 +26,30 @@ def serve(**flags: Any) -> int:
     except ValidationError as error:
         return complain(Issue("", f"setting {'.'.join(map(str, e['loc']))}: {e['msg']}") for e in error.errors())
     executor = ProcessExecutor(settings.workers)
-    executor.start()  # the workers load their engines while this process loads the web framework
+    executor.start()  # the engines are loaded while this process loads the web framework
     import uvicorn
 
     from service.app import create_app
 
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s:     %(message)s")
-    try:
-        uvicorn.run(
-            create_app(settings, executor),
-            host=settings.host,
-            port=settings.port,
-            timeout_graceful_shutdown=GRACEFUL_SHUTDOWN,
-            server_header=False,
-        )
-    finally:
-        executor.stop()  # nothing happens if the application has done so
-    return 0
+    app = create_app(settings, executor)
+
+    class Server(uvicorn.Server):
+        """Lets solves come to an end, or puts them back, while connections are closed; streams end with their jobs."""
+
+        async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+            """See uvicorn."""
+            draining = asyncio.create_task(app.state.duocell.jobs.drain(settings.drain))
+            await super().shutdown(sockets)
+            await draining
+
+    config = uvicorn.Config(
+        app,
+        host=settings.host,
+        port=settings.port,
+        timeout_graceful_shutdown=ceil(settings.drain + AFTER_DRAIN),
+        server_header=False,
+    )
+    server = Server(config)
+    server.run()
+    return 0 if server.started else 1

@@ -18,8 +18,8 @@ from models.robot import Robot
 from service.accept import Accepted, accept
 from service.cli import Exit
 from service.cli_input import complain, read, robots_from
-from service.executor import limit_threads
 from service.issues import InvalidRequest, Issue
+from service.pool import limit_threads
 from service.resources import timestamp
 from service.settings import Settings
 from service.strict_json import NotJson, parse

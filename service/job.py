@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from datetime import datetime
 from enum import StrEnum
+
+_ID = re.compile(r"[0-9a-f]{32}")
 
 
 class JobStatus(StrEnum):
@@ -88,6 +91,11 @@ class Job:
     def key(self) -> tuple[datetime, str]:
         """Place in the list; unique."""
         return self.created_at, self.id
+
+
+def is_job_id(text: str) -> bool:
+    """Whether a text can be the identifier of a job."""
+    return _ID.fullmatch(text) is not None
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ import json
 from datetime import datetime
 from typing import Any
 
-from service.jobs import Job
+from service.job import Job
 
 
 def layout_text(job: Job) -> str:
@@ -42,6 +42,7 @@ def _head(job: Job) -> dict[str, Any]:
         "id": job.id,
         "name": job.name,
         "status": job.status.value,
+        "attempts": job.attempts,
         "created_at": timestamp(job.created_at),
         "started_at": timestamp(job.started_at),
         "finished_at": timestamp(job.finished_at),

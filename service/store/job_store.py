@@ -110,6 +110,9 @@ class JobStore(Protocol):
     def unfinished(self) -> list[Job]:
         """Heads of all queued and running jobs, the oldest first."""
 
+    def finished(self) -> int:
+        """How many jobs are finished."""
+
     def claim(self, job_id: str, events: Sequence[JobEvent]) -> Job | None:
         """Take up a queued job: running, one attempt more, started now. None if it is not queued (any more)."""
 
@@ -129,7 +132,7 @@ class JobStore(Protocol):
         """Forget the finished jobs that ended first, so that ``keep`` are left; returns how many were forgotten."""
 
     def add_events(self, events: Sequence[tuple[str, JobEvent]]) -> None:
-        """Store events of jobs (id, event); those of jobs that are gone are dropped."""
+        """Store events of jobs (id, event); those of jobs that are gone, and those stored already, are dropped."""
 
     def events(self, job_id: str, after: int, limit: int) -> list[JobEvent]:
         """At most ``limit`` events of a job with numbers above ``after``, in order."""

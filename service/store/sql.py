@@ -10,7 +10,9 @@ from contextlib import contextmanager
 from datetime import UTC, datetime
 from typing import Any, cast
 
-from sqlalchemy import CursorResult, delete, insert, literal, select, tuple_
+from sqlalchemy import CursorResult, delete, func, literal, select, tuple_
+from sqlalchemy.dialects import postgresql
+from sqlalchemy.dialects.sqlite import insert
 from sqlalchemy.exc import DBAPIError, IntegrityError, SQLAlchemyError
 from sqlalchemy.orm import Session, undefer
 
@@ -44,7 +46,7 @@ class SqlJobStore:
             FileLock(lock_file(self._engine.url)) if self._sqlite else AdvisoryLock(self._engine)
         )
 
-    # ---------------------------------------------------------------------------------------------- the store itself
+    # ------------------------------------------------------------------------------------------------ the store itself
 
     def open(self) -> None:
         """See `JobStore`. SQLite is migrated here; PostgreSQL, which may have other readers, by `duocell migrate`."""
@@ -69,7 +71,7 @@ class SqlJobStore:
         with self._writing() as session:
             session.merge(Pulse(id=1, at=datetime.now(UTC)))
 
-    # --------------------------------------------------------------------------------------------------------- jobs
+    # ------------------------------------------------------------------------------------------------------------ jobs
 
     def add(self, job: Job, events: Sequence[JobEvent], key: str | None = None, body_hash: str = "") -> None:
         """See `JobStore`."""
@@ -118,7 +120,12 @@ class SqlJobStore:
         with self._reading() as session:
             return [head_of(row) for row in session.scalars(rows)]
 
-    # ------------------------------------------------------------------------------------------- changes of state
+    def finished(self) -> int:
+        """See `JobStore`."""
+        with self._reading() as session:
+            return session.scalar(select(func.count()).where(JobRow.finished_at.is_not(None))) or 0
+
+    # ------------------------------------------------------------------------------------------------ changes of state
 
     def claim(self, job_id: str, events: Sequence[JobEvent]) -> Job | None:
         """See `JobStore`."""
@@ -178,7 +185,7 @@ class SqlJobStore:
             gone = session.execute(delete(JobRow).where(JobRow.finished_at.is_not(None), JobRow.id.not_in(kept)))
             return _count(gone)
 
-    # ------------------------------------------------------------------------------------------------------- events
+    # ---------------------------------------------------------------------------------------------------------- events
 
     def add_events(self, events: Sequence[tuple[str, JobEvent]]) -> None:
         """See `JobStore`."""
@@ -194,7 +201,7 @@ class SqlJobStore:
             found = session.scalars(rows.order_by(EventRow.number).limit(limit))
             return [JobEvent(row.number, row.kind, row.data) for row in found]
 
-    # ------------------------------------------------------------------------------------------------- transactions
+    # ---------------------------------------------------------------------------------------------------- transactions
 
     @contextmanager
     def _reading(self) -> Iterator[Session]:
@@ -226,11 +233,11 @@ def _end(row: JobRow, ending: Ending) -> None:
 
 
 def _tell(session: Session, job_id: str, events: Sequence[JobEvent]) -> None:
-    """Add events of one job."""
+    """Add events of one job; those that are there already are left as they are."""
     if events:
-        session.execute(
-            insert(EventRow), [{"job_id": job_id, "number": e.number, "kind": e.kind, "data": e.data} for e in events]
-        )
+        new = insert(EventRow) if session.get_bind().dialect.name == "sqlite" else postgresql.insert(EventRow)
+        rows = [{"job_id": job_id, "number": e.number, "kind": e.kind, "data": e.data} for e in events]
+        session.execute(new.on_conflict_do_nothing(), rows)
 
 
 def _count(result: Any) -> int:

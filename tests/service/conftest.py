@@ -13,7 +13,8 @@ from fastapi.testclient import TestClient
 from optimizer.layout import Layout, Outcome, Placement, Search, Verification
 from service.app import create_app
 from service.documents import result_document
-from service.executor import ProcessExecutor, SolveFailed
+from service.executor import Report, SolveFailed, Task
+from service.pool import ProcessExecutor
 from service.schemas.evaluate import EvaluateRequest
 from service.schemas.request import EXAMPLE, LayoutRequest
 from service.settings import Settings
@@ -64,14 +65,16 @@ class FakeExecutor:
     def start(self) -> None:
         self.stopped = False
 
-    async def solve(self, text: str, request_hash: str, time_limit: float, kill_after: float) -> Answer:
-        return await self._answer(LayoutRequest.model_validate_json(text), request_hash, time_limit, kill_after)
+    async def solve(self, task: Task, report: Report) -> Answer:
+        report("stage", '{"what": "made up", "done": 0.0}')
+        request = LayoutRequest.model_validate_json(task.text)
+        return await self._answer(request, task.request_hash, task.time_limit, task.stop_after)
 
-    async def evaluate(self, text: str, request_hash: str, kill_after: float) -> Answer:
-        return await self._answer(EvaluateRequest.model_validate_json(text), request_hash, 0.0, kill_after)
+    async def evaluate(self, text: str, request_hash: str, stop_after: float) -> Answer:
+        return await self._answer(EvaluateRequest.model_validate_json(text), request_hash, 0.0, stop_after)
 
-    async def _answer(self, request: LayoutRequest, request_hash: str, time_limit: float, kill_after: float) -> Answer:
-        self.limits.append((time_limit, kill_after))
+    async def _answer(self, request: LayoutRequest, request_hash: str, time_limit: float, stop_after: float) -> Answer:
+        self.limits.append((time_limit, stop_after))
         self.running += 1
         self.most_running = max(self.most_running, self.running)
         try:
@@ -92,7 +95,7 @@ class FakeExecutor:
     def alive(self) -> int:
         return 1
 
-    def stop(self) -> None:
+    async def stop(self) -> None:
         self.stopped = True
 
 
@@ -110,11 +113,12 @@ def fake() -> FakeExecutor:
 
 
 @pytest.fixture
-def client_with(fake: FakeExecutor) -> Iterator[Callable[..., TestClient]]:
+def client_with(fake: FakeExecutor, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[..., TestClient]]:
     """Makes clients of services with given settings on the fake executor."""
     clients: list[TestClient] = []
 
-    def make(**settings: Any) -> TestClient:
+    def make(**given: Any) -> TestClient:
+        settings = {"data_dir": tmp_path_factory.mktemp("data"), "drain": 0.0} | given
         client = TestClient(create_app(Settings(**settings), fake), raise_server_exceptions=False)
         client.__enter__()
         clients.append(client)
@@ -132,8 +136,8 @@ def client(client_with: Callable[..., TestClient]) -> TestClient:
 
 
 @pytest.fixture(scope="session")
-def live() -> Iterator[TestClient]:
+def live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
     """A service with real workers."""
-    settings = Settings(workers=1, time_limit=30.0)
+    settings = Settings(workers=1, time_limit=30.0, data_dir=tmp_path_factory.mktemp("live"))
     with TestClient(create_app(settings, ProcessExecutor(1)), raise_server_exceptions=False) as client:
         yield client

@@ -23,14 +23,19 @@ HEADERS: dict[str, dict[str, Any]] = {
     "Location": {"description": "Address of the layout.", "schema": {"type": "string"}},
     "ETag": {"description": "Changes whenever the layout does.", "schema": {"type": "string"}},
     "Retry-After": {"description": "Seconds after which to ask again.", "schema": {"type": "integer"}},
+    "Link": {"description": 'The next page, `rel="next"`, if there is one.', "schema": {"type": "string"}},
     "Preference-Applied": {"description": "The wait that was granted (RFC 7240).", "schema": {"type": "string"}},
 }
 SENT_WITH: dict[tuple[str, str], list[str]] = {
     ("create_layout", "200"): ["Location", "ETag", "Preference-Applied"],
     ("create_layout", "202"): ["Location", "ETag", "Retry-After", "Preference-Applied"],
+    ("create_layout", "409"): ["Retry-After"],
     ("create_layout", "429"): ["Retry-After"],
     ("evaluate_layout", "429"): ["Retry-After"],
     ("evaluate_layout", "503"): ["Retry-After"],
+    ("create_layout", "503"): ["Retry-After"],
+    ("list_layouts", "200"): ["Link"],
+    ("cancel_layout", "202"): ["ETag"],
     ("get_layout", "200"): ["ETag", "Retry-After"],
     ("get_layout", "304"): ["ETag"],
     ("get_readiness", "503"): ["Retry-After"],
@@ -44,6 +49,24 @@ ASKED_WITH: dict[str, list[dict[str, Any]]] = {
             "description": "`wait=N`: answer with the finished layout if it is done within N seconds (RFC 7240).",
             "schema": {"type": "string"},
             "example": "wait=10",
+        },
+        {
+            "name": "Idempotency-Key",
+            "in": "header",
+            "required": False,
+            "description": "1 to 255 printable ASCII characters, best a new UUID: the same body with the same key is "
+            "carried out once, however often it is sent.",
+            "schema": {"type": "string"},
+            "example": "8e03978e-40d5-43dd-bc93-6894a57f9324",
+        },
+    ],
+    "follow_layout": [
+        {
+            "name": "Last-Event-ID",
+            "in": "header",
+            "required": False,
+            "description": "id of the last event received: the stream goes on behind it.",
+            "schema": {"type": "string"},
         }
     ],
     "get_layout": [

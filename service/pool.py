@@ -34,7 +34,8 @@ class ProcessExecutor:
     at once for a worker that died until another one is there. Keeping the number of solves down is the caller's part.
 
     Attributes:
-        deaths: workers that ended without being told to.
+        workers: processes, warm or not yet.
+        deaths: workers that ended in the middle of something, or while they waited; those killed by `GRACE` as well.
     """
 
     def __init__(self, workers: int, *, solve: Callable[..., Answer] = worker.solve) -> None:
@@ -42,7 +43,7 @@ class ProcessExecutor:
         self._solve = solve
         self._idle: list[WorkerProcess] = []  # the one used last is used next: its caches fit best
         self._returned = asyncio.Condition()
-        self._workers: set[WorkerProcess] = set()  # all of them
+        self.workers: set[WorkerProcess] = set()
         self._warm: set[WorkerProcess] = set()
         self._places: list[asyncio.Task[None]] = []
         self.deaths = 0
@@ -73,16 +74,20 @@ class ProcessExecutor:
         """See `Executor`."""
         return len(self._warm)
 
+    def busy(self) -> set[WorkerProcess]:
+        """Workers that do something."""
+        return self._warm - set(self._idle)
+
     async def stop(self) -> None:
         """See `Executor`."""
         for place in self._places:
             place.cancel()
         await asyncio.gather(*self._places, return_exceptions=True)
         self._places.clear()
-        for one in self._workers:
+        for one in self.workers:
             one.kill()
-        await asyncio.gather(*(one.ended for one in self._workers))
-        for collection in (self._workers, self._warm):
+        await asyncio.gather(*(one.ended for one in self.workers))
+        for collection in (self.workers, self._warm):
             collection.clear()
         self._idle.clear()
 
@@ -95,7 +100,7 @@ class ProcessExecutor:
             try:
                 one = await self._started()
             except (OSError, SolveFailed, TimeoutError) as error:
-                self._workers = {one for one in self._workers if one.alive}
+                self.workers = {one for one in self.workers if one.alive}
                 log.error("a worker did not start: %r", error)
                 await asyncio.sleep(pause)
                 pause = min(2.0 * pause, LONGEST_PAUSE)
@@ -105,13 +110,13 @@ class ProcessExecutor:
             exit_code = await asyncio.shield(one.ended)
             self.deaths += 1
             self._warm.discard(one)
-            self._workers.discard(one)
+            self.workers.discard(one)
             log.warning("worker %s ended with code %s; another one takes its place", one.pid, exit_code)
 
     async def _started(self) -> WorkerProcess:
         """A warm worker."""
         one = await WorkerProcess.start()
-        self._workers.add(one)
+        self.workers.add(one)
         try:
             answer = await asyncio.wait_for(one.warm(), WARM_WITHIN)
             if answer.text is None:

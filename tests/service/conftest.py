@@ -61,6 +61,7 @@ class FakeExecutor:
         self.running = 0
         self.most_running = 0
         self.error: Exception | None = None
+        self.deaths: list[Exception] = []  # raised one by one before anything else happens
 
     def start(self) -> None:
         self.stopped = False
@@ -81,6 +82,8 @@ class FakeExecutor:
             await asyncio.sleep(self.seconds)
         finally:
             self.running -= 1
+        if self.deaths:
+            raise self.deaths.pop()
         if self.error is not None:
             raise self.error
         if self.failure is not None:

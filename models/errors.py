@@ -6,8 +6,7 @@ DuocellError
 │   ├── InvalidTask         poses, line or arc that define no path
 │   ├── InvalidRobot        D-H table, URDF or limits that define no arm
 │   └── UnknownRobot        a name the catalogue does not hold
-├── SolverFailure           an engine broke down; never the user's fault
-└── Cancelled               told to stop from outside (`optimizer.watch`)
+└── SolverFailure           an engine broke down; never the user's fault
 
 Every class has a stable ``code``; the service maps codes to HTTP problems.
 """

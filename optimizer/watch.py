@@ -14,14 +14,11 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 
-from models.errors import DuocellError
 from optimizer.events import Event
 
 
-class Cancelled(DuocellError):
-    """The solve was told to stop, and has stopped."""
-
-    code = "cancelled"
+class Cancelled(Exception):
+    """The solve was told to stop, and has stopped: no error, but no answer either."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,4 +73,4 @@ def check_stop() -> None:
         Cancelled: whoever watches wants an end.
     """
     if stopped():
-        raise Cancelled("The solve was stopped before it was finished.")
+        raise Cancelled

@@ -188,7 +188,7 @@ class ProcessExecutor:
             called_off.cancel()
             await self._put_back(one)
         if answer.text is None:
-            stopped = answer.code == "cancelled"
+            stopped = answer.code == worker.STOPPED
             raise SolveFailed("time-limit", too_late) if stopped else SolveFailed(answer.code, answer.detail)
         return answer
 

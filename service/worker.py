@@ -16,6 +16,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from models.errors import DuocellError
+from optimizer.watch import Cancelled, watching
 from service.frames import receive, send
 from service.self_test import SELF_TEST, check
 
@@ -23,6 +24,8 @@ log = logging.getLogger(__name__)
 
 SELF_TEST_LIMIT = 10.0
 """s, soft limit of a self-test."""
+STOPPED = "cancelled"
+"""Code of the answer of a run that was told to stop."""
 
 
 class Answer(NamedTuple):
@@ -105,7 +108,6 @@ def _listen(channel: socket.socket, runs: queue.SimpleQueue[Run], stops: set[int
 
 def _carry_out(run: Run, channel: socket.socket, stops: set[int]) -> Answer:
     """One run, followed and stopped through the channel."""
-    from optimizer.watch import watching
     from service.reports import Reports
 
     reports = Reports(lambda kind, data: send(channel, Told(run.number, kind, data)))
@@ -140,6 +142,8 @@ def _answer(work: Callable[[], dict[str, Any]]) -> Answer:
     try:
         result = work()
         return Answer(json.dumps(result, allow_nan=False), result["outcome"], result["objective"])
+    except Cancelled:
+        return Answer(None, code=STOPPED, detail="The solve was told to stop.")
     except DuocellError as error:
         return Answer(None, code=error.code, detail=error.detail)
     except MemoryError:

@@ -368,9 +368,9 @@ def test_a_job_that_ends_every_service_fails(client_with: Make, fake: Any, examp
     client = client_with(workers=1, data_dir=tmp_path / "0")
     location = client.post("/v1/layouts", json=example).headers["location"]
     for number in (1, 2):
-        client = client_with(
-            workers=1, max_attempts=2, data_dir=crashed(tmp_path / f"{number - 1}", tmp_path / f"{number}")
-        )
+        until(lambda at=client, wanted=number: at.get(location).json()["attempts"] == wanted)  # type: ignore[misc]
+        folder = crashed(tmp_path / f"{number - 1}", tmp_path / f"{number}")
+        client = client_with(workers=1, max_attempts=2, data_dir=folder)
     layout = client.get(location).json()
     assert layout["status"] == "failed"
     assert layout["error"]["code"] == "interrupted"

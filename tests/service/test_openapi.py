@@ -34,8 +34,11 @@ def test_it_is_a_valid_document(published: Document) -> None:
 def test_every_operation_is_named_and_explained(published: Document) -> None:
     names = [operation["operationId"] for _, _, operation in operations(published)]
     assert sorted(names) == [
+        "cancel_layout",
         "create_layout",
+        "delete_layout",
         "evaluate_layout",
+        "follow_layout",
         "get_health",
         "get_layout",
         "get_problem",
@@ -98,7 +101,7 @@ def test_headers_are_documented(published: Document) -> None:
     create = published["paths"]["/v1/layouts"]["post"]
     assert {"Location", "Retry-After", "ETag"} <= set(create["responses"]["202"]["headers"])
     assert "Retry-After" in create["responses"]["429"]["headers"]
-    assert [parameter["name"] for parameter in create["parameters"]] == ["Prefer"]
+    assert [parameter["name"] for parameter in create["parameters"]] == ["Prefer", "Idempotency-Key"]
     read = published["paths"]["/v1/layouts/{layout_id}"]["get"]
     assert {parameter["name"] for parameter in read["parameters"]} == {"layout_id", "If-None-Match"}
     assert "ETag" in read["responses"]["304"]["headers"]
@@ -132,6 +135,10 @@ def check(value: Any, schema: Document, published: Document, what: str) -> None:
     assert errors == []
 
 
+def finished(client: TestClient, example: Document) -> str:
+    return client.post("/v1/layouts", json=example, headers={"Prefer": "wait=10"}).headers["location"]
+
+
 def schema_of(published: Document, operation_id: str, status: int, media_type: str) -> Document:
     for _, _, operation in operations(published):
         if operation["operationId"] == operation_id:
@@ -153,6 +160,10 @@ def schema_of(published: Document, operation_id: str, status: int, media_type: s
         ("list_layouts", 200, lambda c, e: (c.post("/v1/layouts", json=e), c.get("/v1/layouts"))[1]),
         ("list_layouts", 422, lambda c, e: c.get("/v1/layouts?limit=0")),
         ("get_layout", 404, lambda c, e: c.get("/v1/layouts/none")),
+        ("cancel_layout", 409, lambda c, e: c.post(f"{finished(c, e)}/cancel")),
+        ("cancel_layout", 404, lambda c, e: c.post("/v1/layouts/none/cancel")),
+        ("delete_layout", 404, lambda c, e: c.delete("/v1/layouts/none")),
+        ("follow_layout", 404, lambda c, e: c.get("/v1/layouts/none/events")),
         ("list_robots", 200, lambda c, e: c.get("/v1/robots")),
         ("get_robot", 200, lambda c, e: c.get("/v1/robots/puma560")),
         ("get_robot", 404, lambda c, e: c.get("/v1/robots/none")),

@@ -53,7 +53,7 @@ class Executor(Protocol):
     """Where solves run."""
 
     def start(self) -> None:
-        """Begin to load what can be loaded without an event loop; returns at once. Need not be called."""
+        """Begin to warm up; returns at once. May be called before there is an event loop, and again when there is."""
 
     async def solve(self, task: Task, report: Report) -> Answer:
         """The result of an accepted request; its text is never None.

@@ -50,9 +50,14 @@ class ProcessExecutor:
 
     def start(self) -> None:
         """See `Executor`."""
+        if self._places:
+            return
         limit_threads()
         context()
         forkserver.ensure_running()
+        with contextlib.suppress(RuntimeError):  # no event loop yet: the engines are loaded meanwhile
+            loop = asyncio.get_running_loop()
+            self._places = [loop.create_task(self._keep()) for _ in range(self._size)]
 
     async def solve(self, task: Task, report: Report) -> Answer:
         """See `Executor`."""
@@ -129,9 +134,7 @@ class ProcessExecutor:
 
     async def _take(self) -> WorkerProcess:
         """A warm worker that does nothing at the moment."""
-        if not self._places:
-            self.start()
-            self._places = [asyncio.create_task(self._keep()) for _ in range(self._size)]
+        self.start()
         try:
             async with asyncio.timeout(WARM_WITHIN), self._returned:
                 while True:

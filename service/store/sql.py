@@ -5,29 +5,27 @@ from __future__ import annotations
 import logging
 import sqlite3
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from datetime import UTC, datetime
-from typing import Any, cast
+from datetime import datetime
+from typing import Any
 
-from sqlalchemy import CursorResult, delete, func, literal, select, tuple_
-from sqlalchemy.dialects import postgresql
-from sqlalchemy.dialects.sqlite import insert
+from sqlalchemy import Connection, func, literal, select, tuple_
 from sqlalchemy.exc import DBAPIError, IntegrityError, SQLAlchemyError
 from sqlalchemy.orm import Session, undefer
 
-from service.job import Ending, Job, JobEvent, JobStatus
+from service.job import Ending, Job, JobEvent
+from service.store import changes
 from service.store.engine import IMMEDIATE, lock_file, make_engine
 from service.store.job_store import JobFilter, Keyed, KeyTaken, StoreUnavailable
 from service.store.migrate import check_revision, upgrade
 from service.store.possession import AdvisoryLock, FileLock, Possession
-from service.store.rows import head_of, row_of, whole_of
-from service.store.tables import EventRow, JobRow, Pulse
+from service.store.rows import head_of, whole_of
+from service.store.tables import EventRow, JobRow
 
 log = logging.getLogger(__name__)
 
 WHOLE = (undefer(JobRow.request), undefer(JobRow.result))
-ACTIVE = (JobStatus.QUEUED.value, JobStatus.RUNNING.value)
 
 
 class SqlJobStore:
@@ -68,18 +66,17 @@ class SqlJobStore:
         """See `JobStore`."""
         with self._turn, _explained():
             self._possession.take()
-        with self._writing() as session:
-            session.merge(Pulse(id=1, at=datetime.now(UTC)))
+        with self._writing() as connection:
+            changes.beat(connection)
 
     # ------------------------------------------------------------------------------------------------------------ jobs
 
     def add(self, job: Job, events: Sequence[JobEvent], key: str | None = None, body_hash: str = "") -> None:
         """See `JobStore`."""
         try:
-            with self._writing() as session:
-                session.add(row_of(job, key, body_hash))
-                session.flush()
-                _tell(session, job.id, events)
+            with self._writing() as connection:
+                changes.add(connection, job, key, body_hash)
+                changes.tell(connection, [(job.id, event) for event in events])
         except IntegrityError as error:
             raise KeyTaken from error
 
@@ -116,7 +113,7 @@ class SqlJobStore:
 
     def unfinished(self) -> list[Job]:
         """See `JobStore`."""
-        rows = select(JobRow).where(JobRow.status.in_(ACTIVE)).order_by(JobRow.created_at, JobRow.id)
+        rows = select(JobRow).where(JobRow.status.in_(changes.ACTIVE)).order_by(JobRow.created_at, JobRow.id)
         with self._reading() as session:
             return [head_of(row) for row in session.scalars(rows)]
 
@@ -129,70 +126,47 @@ class SqlJobStore:
 
     def claim(self, job_id: str, events: Sequence[JobEvent]) -> Job | None:
         """See `JobStore`."""
-        with self._writing() as session:
-            row = session.get(JobRow, job_id, options=WHOLE)
-            if row is None or row.status != JobStatus.QUEUED:
-                return None
-            row.status, row.started_at = JobStatus.RUNNING.value, datetime.now(UTC)
-            row.attempts += 1
-            row.revision += 1
-            _tell(session, job_id, events)
-            return whole_of(row)
+        return self._change(changes.claim, job_id, events)
 
     def put_back(self, job_id: str, attempts: int, events: Sequence[JobEvent], *, counted: bool) -> Job | None:
         """See `JobStore`."""
-        with self._writing() as session:
-            row = _running(session, job_id, attempts)
-            if row is None:
-                return None
-            row.status, row.started_at = JobStatus.QUEUED.value, None
-            row.attempts -= 0 if counted else 1
-            row.revision += 1
-            _tell(session, job_id, events)
-            return head_of(row)
+        return self._change(changes.put_back, job_id, events, attempts, attempts if counted else attempts - 1)
 
     def finish(self, job_id: str, attempts: int, ending: Ending, events: Sequence[JobEvent]) -> Job | None:
         """See `JobStore`."""
-        with self._writing() as session:
-            row = _running(session, job_id, attempts)
-            if row is None:
-                return None
-            _end(row, ending)
-            _tell(session, job_id, events)
-            return head_of(row)
+        return self._change(changes.finish, job_id, events, attempts, ending)
 
     def cancel(self, job_id: str, event: JobEvent) -> Job | None:
         """See `JobStore`."""
-        with self._writing() as session:
-            row = session.get(JobRow, job_id, with_for_update=True)
-            if row is None or row.status not in ACTIVE:
-                return None
-            _end(row, Ending(JobStatus.CANCELLED))
-            _tell(session, job_id, [event])
-            return head_of(row)
+        return self._change(changes.cancel, job_id, [event])
+
+    def _change(
+        self, change: Callable[..., Job | None], job_id: str, events: Sequence[JobEvent], *arguments: Any
+    ) -> Job | None:
+        """Change a job and tell of it, or neither."""
+        with self._writing() as connection:
+            job = change(connection, job_id, *arguments)
+            if job is not None:
+                changes.tell(connection, [(job_id, event) for event in events])
+            return job
 
     def delete(self, job_id: str) -> bool:
         """See `JobStore`."""
-        with self._writing() as session:
-            gone = session.execute(delete(JobRow).where(JobRow.id == job_id, JobRow.status.not_in(ACTIVE)))
-            return _count(gone) > 0
+        with self._writing() as connection:
+            return changes.forget(connection, job_id)
 
     def trim(self, keep: int) -> int:
         """See `JobStore`."""
-        with self._writing() as session:
-            finished = select(JobRow.id).where(JobRow.finished_at.is_not(None))
-            kept = finished.order_by(JobRow.finished_at.desc(), JobRow.id.desc()).limit(keep)
-            gone = session.execute(delete(JobRow).where(JobRow.finished_at.is_not(None), JobRow.id.not_in(kept)))
-            return _count(gone)
+        with self._writing() as connection:
+            return changes.trim(connection, keep)
 
     # ---------------------------------------------------------------------------------------------------------- events
 
     def add_events(self, events: Sequence[tuple[str, JobEvent]]) -> None:
         """See `JobStore`."""
-        with self._writing() as session:
-            known = set(session.scalars(select(JobRow.id).where(JobRow.id.in_({job_id for job_id, _ in events}))))
-            for job_id in known:
-                _tell(session, job_id, [event for of, event in events if of == job_id])
+        with self._writing() as connection:
+            known = changes.known(connection, {job_id for job_id, _ in events})
+            changes.tell(connection, [(job_id, event) for job_id, event in events if job_id in known])
 
     def events(self, job_id: str, after: int, limit: int) -> list[JobEvent]:
         """See `JobStore`."""
@@ -209,40 +183,10 @@ class SqlJobStore:
             yield session
 
     @contextmanager
-    def _writing(self) -> Iterator[Session]:
+    def _writing(self) -> Iterator[Connection]:
         """A transaction that is stored as a whole when the block ends, or not at all."""
-        engine = self._writing_engine
-        with self._turn, _explained(), Session(engine, expire_on_commit=False) as session, session.begin():
-            yield session
-
-
-def _running(session: Session, job_id: str, attempts: int) -> JobRow | None:
-    """The row of a job that is in this very attempt."""
-    row = session.get(JobRow, job_id, with_for_update=True)
-    held = row is not None and row.status == JobStatus.RUNNING and row.attempts == attempts
-    return row if held else None
-
-
-def _end(row: JobRow, ending: Ending) -> None:
-    """Enter a final state."""
-    row.status, row.finished_at = ending.status.value, datetime.now(UTC)
-    row.revision += 1
-    row.result, row.outcome, row.objective = ending.result, ending.outcome, ending.objective
-    if ending.failure is not None:
-        row.failure_code, row.failure_detail = ending.failure.code, ending.failure.detail
-
-
-def _tell(session: Session, job_id: str, events: Sequence[JobEvent]) -> None:
-    """Add events of one job; those that are there already are left as they are."""
-    if events:
-        new = insert(EventRow) if session.get_bind().dialect.name == "sqlite" else postgresql.insert(EventRow)
-        rows = [{"job_id": job_id, "number": e.number, "kind": e.kind, "data": e.data} for e in events]
-        session.execute(new.on_conflict_do_nothing(), rows)
-
-
-def _count(result: Any) -> int:
-    """Rows that a statement changed."""
-    return cast("CursorResult[Any]", result).rowcount
+        with self._turn, _explained(), self._writing_engine.begin() as connection:
+            yield connection
 
 
 def _typed(key: tuple[datetime, str]) -> tuple[Any, Any]:

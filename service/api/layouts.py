@@ -31,7 +31,7 @@ PRINTABLE = r"^[^\x00-\x1f\x7f]*$"
 
 def client_of(request: Request) -> str:
     """Who asks, as far as clients are told apart; their jobs take turns, and their idempotency keys are their own."""
-    return str(getattr(request.state, "client", ""))
+    return str(request.scope.get("duocell.key") or "")
 
 
 @router.post(

@@ -47,7 +47,7 @@ class Started(Event):
     """A local solve has ended.
 
     Attributes:
-        arm: its name. start: number of the solve, from 1. status: what it ended with.
+        arm: its name, "" for all together. start: number of the solve, from 1. status: what it ended with.
         objective: there, or None without a usable point. iterations: of IPOPT.
     """
 
@@ -61,7 +61,7 @@ class Started(Event):
 
 @dataclass(frozen=True, slots=True)
 class Iterated(Event):
-    """IPOPT has finished an iteration of the local solve under way.
+    """An iteration of the local solve under way is over: one of IPOPT, or a step of all arms together.
 
     Attributes:
         iteration: its number. objective: E there. violation: largest violation of a row (m, rad, ...).

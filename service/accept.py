@@ -82,6 +82,7 @@ def accept_evaluation(
     joints_of(request, cell_of(request, robots, meshes))
     return Accepted(
         text=request.model_dump_json(),
+        body_hash=hashlib.sha256(body).hexdigest(),
         request_hash=hash_of(request.model_dump(mode="json")),
         name=request.name,
         certificate_time=0.0,

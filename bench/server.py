@@ -47,7 +47,7 @@ class Server:
 
     def peak_memory(self) -> int:
         """Bytes: largest resident set that any process started by the server ever had."""
-        return max(_peak(pid) for pid in _descendants(self.pid))
+        return max(_peak(pid) for pid in descendants(self.pid))
 
 
 @contextmanager
@@ -116,7 +116,7 @@ def _ready(url: str) -> bool:
         return False
 
 
-def _descendants(pid: int) -> list[int]:
+def descendants(pid: int) -> list[int]:
     """Processes started by ``pid``, directly or not (Linux)."""
     parents: dict[int, int] = {}
     for entry in Path("/proc").iterdir():

@@ -26,9 +26,11 @@ from optimizer.bounds.box_bounds import BoxBounder, BoxBounds
 from optimizer.bounds.boxes import Boxes
 from optimizer.bounds.obstacles import Tally
 from optimizer.bounds.region import reachable_region
+from optimizer.events import Bounded
 from optimizer.proof import ArmProof, Incumbent
 from optimizer.reduced import ReducedProblem, conditioning_shortfall, evaluate_signed
 from optimizer.settings import CertificateSettings
+from optimizer.watch import check_stop, tell
 
 USABLE = 1e-9
 """Violation (m and rad) up to which a path counts as usable: the tolerance of limits everywhere."""
@@ -69,10 +71,15 @@ def certify(
 
     Returns:
         The proof as far as it got. A limit on the conditioning is not part of the bound, which stays valid with it.
+
+    Raises:
+        Cancelled: whoever watches (`optimizer.watch`) wants an end.
     """
     search = _Search(problem, incumbent, settings)
     while search.open and time.perf_counter() < search.deadline and not (stop and stop()):
+        check_stop()
         search.round()
+        tell(search.event())
         if progress:
             progress(search.lower_bound, search.objective, search.boxes)
     return search.proof()
@@ -123,6 +130,13 @@ class _Search:
         bounds = np.concatenate([self.bounds, self.inherited, [self.forgotten]])
         lowest = float(np.min(bounds))
         return lowest if np.isinf(lowest) else lowest * (1.0 - ROUNDING)
+
+    def event(self) -> Bounded:
+        """How far the proof has got."""
+        bound, best = self.lower_bound, self.objective
+        lower = None if np.isinf(bound) else min(bound, np.inf if best is None else best)
+        gap = None if lower is None or best is None else (best - lower) / max(best, 1e-9)
+        return Bounded(self.problem.arm.name, lower, best, gap, self.boxes)
 
     def round(self) -> None:
         """Bound some fresh boxes, look for a better incumbent among them, and choose whom to cut next."""

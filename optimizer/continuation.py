@@ -23,6 +23,7 @@ from models.sampling import even_points
 from models.screws import forward_and_jacobian, pose_error
 from optimizer.box import spread
 from optimizer.layers import LayeredPath, finish_path
+from optimizer.watch import check_stop
 
 FIRST_ITERATIONS = 20
 NEXT_ITERATIONS = 8
@@ -70,6 +71,7 @@ def continue_paths(
         for order in (range(middle + 1, job.stop), range(middle - 1, job.start - 1, -1)):
             q = start
             for j in order:
+                check_stop()
                 if time.perf_counter() > deadline:
                     return []
                 q, reached = _reach(chain, arm, targets[j], q, NEXT_ITERATIONS)

@@ -21,6 +21,7 @@ from models.inverse import quickly_enumerated
 from optimizer.box import spread
 from optimizer.continuation import continue_paths
 from optimizer.layers import LayeredPath, best_path, layers_at, node_costs
+from optimizer.watch import check_stop
 
 SCORED = {0: 1, 1: 16, 2: 32, 3: 64, 4: 128}
 """Bases scored on a few poses, by number of free coordinates."""
@@ -71,6 +72,7 @@ def screen_general(cell: Cell, arm: Arm, box: Floats, seed: int, deadline: float
             places = _best_places(cell, arm, region, seed + round_, 2**round_, deadline)
             evaluated += len(places)
             for place in places[:PATHS]:
+                check_stop()
                 if time.perf_counter() < deadline:
                     found.append(best_path(cell, arm, place[:3], float(place[3])))
         if any(path.violation == 0.0 for path in found) or time.perf_counter() > deadline:
@@ -85,6 +87,7 @@ def _best_places(cell: Cell, arm: Arm, region: Floats, seed: int, factor: int, d
     places = spread(region, SCORED[int(np.sum(region[:, 1] > region[:, 0]))] * factor, seed)
     scores = np.full(len(places), np.inf)
     for index, place in enumerate(places):
+        check_stop()
         if time.perf_counter() > deadline:
             break
         scores[index] = _score(cell, arm, place, poses, skip_first)

@@ -10,6 +10,7 @@ from models.cell import Cell
 from optimizer.advice import with_advice
 from optimizer.coupled.layout import coupled_layout
 from optimizer.coupled.search import CoupledSearch, search_coupled
+from optimizer.events import Stage, Verified
 from optimizer.layout import Certificate, Layout, Outcome, Placement, Reason, Search
 from optimizer.measure import jobs_of, placed
 from optimizer.penalty import run_baseline
@@ -18,6 +19,7 @@ from optimizer.reasons import name_jobs
 from optimizer.search import ArmSearch, search_arm
 from optimizer.settings import Settings
 from optimizer.verify import check, summarise
+from optimizer.watch import check_stop, tell
 
 Progress = Callable[[str, float], None]
 """Called with what is being done and the fraction done so far."""
@@ -36,9 +38,12 @@ def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | 
 
     Returns:
         The layout, verified. An impossible task is a layout with outcome ``infeasible`` and reasons, not an error.
+
+    Raises:
+        Cancelled: whoever watches (`optimizer.watch`) wants an end.
     """
     settings = settings or Settings()
-    report = progress or (lambda what, fraction: None)
+    report = _reporter(progress)
     started = time.perf_counter()
     deadline = started + settings.time_limit
     searches: list[ArmSearch] = []
@@ -52,6 +57,9 @@ def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | 
     layout = _layout(cell, searches, certificate, searched)
     if coupled is not None:
         layout = coupled_layout(cell, layout, coupled, settings.alternatives)
+    if layout.verification is not None:
+        found = layout.verification
+        tell(Verified(found.max_position_error, found.max_orientation_error, found.limits_respected))
     layout = with_advice(cell, layout, settings, report)
     baselines = []
     for method in settings.baselines:
@@ -68,6 +76,18 @@ def _couple(
     if not wanted or any(search.best is None for search in searches):
         return None
     return search_coupled(cell, searches, settings, deadline, report)
+
+
+def _reporter(progress: Progress | None) -> Progress:
+    """Tells of every stage, and asks whether to go on with it."""
+
+    def report(what: str, fraction: float) -> None:
+        check_stop()
+        tell(Stage(what, fraction))
+        if progress is not None:
+            progress(what, fraction)
+
+    return report
 
 
 def _layout(cell: Cell, searches: list[ArmSearch], certificate: Certificate | None, wall_time: float) -> Layout:

@@ -11,6 +11,7 @@ from optimizer.conjugate_gradients import Point, fletcher_reeves
 from optimizer.gradient import Followed
 from optimizer.layout import PenaltyCycle
 from optimizer.penalty_rows import Barrier, ConstrainedPosture, Penalty, exterior
+from optimizer.watch import check_stop
 
 LARGEST = 1e10
 """Exterior r beyond which Φ is all penalty."""
@@ -93,6 +94,7 @@ class Cycles:
         constrained = self.constrained
 
         def evaluate(free: Floats, near: Point[Followed]) -> Point[Followed] | None:
+            check_stop()
             return constrained.step(free, near.state, penalty)
 
         start = constrained.at(path, penalty)

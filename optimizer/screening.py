@@ -10,6 +10,7 @@ from models.arrays import Bools, Floats, Ints
 from models.posture import ALL_SIGNS
 from optimizer.box import spread
 from optimizer.reduced import Paths, ReducedProblem, conditioning_shortfall, evaluate, evaluate_signed
+from optimizer.watch import check_stop
 
 SAMPLED_POSES = 32
 """Poses a long task is screened with; what comes out is checked on all of them."""
@@ -100,7 +101,10 @@ def _spacing(box: Floats, count: int) -> Floats:
 
 def _pick(problem: ReducedProblem, points: Floats, spacing: Floats) -> list[Candidate]:
     """The valleys of every posture, and the best usable points."""
-    parts = [evaluate(problem, points[at : at + CHUNK]) for at in range(0, len(points), CHUNK)]
+    parts: list[Paths] = []
+    for at in range(0, len(points), CHUNK):
+        check_stop()
+        parts.append(evaluate(problem, points[at : at + CHUNK]))
     objective = np.concatenate([part.objective for part in parts], axis=1)
     violation = np.concatenate([part.violation for part in parts], axis=1)
     if problem.arm.min_conditioning is not None:
@@ -173,6 +177,7 @@ def improve(problem: ReducedProblem, candidates: list[Candidate], box: Floats, s
     cloud[0] = 0.0
     best, radius = candidates, spacing
     for step in range(ALL_STEPS + LAST_STEPS):
+        check_stop()
         if step == ALL_STEPS:
             best = sorted(best, key=lambda c: scored(problem, c))[:LAST]
         centres = np.array([c.position for c in best])

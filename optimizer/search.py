@@ -12,6 +12,7 @@ from models.arrays import Floats
 from models.cell import Cell
 from optimizer.box import search_box
 from optimizer.certificate import certify
+from optimizer.events import Screened, Started
 from optimizer.general import different, screen_general
 from optimizer.layout import Reason
 from optimizer.local import solve_locally
@@ -21,6 +22,7 @@ from optimizer.reduced import ReducedProblem, evaluate_signed, reduced_problem
 from optimizer.screening import ROUNDS, Candidate, Screen, scored, screen
 from optimizer.settings import CertificateSettings, Settings
 from optimizer.verify import check
+from optimizer.watch import tell
 
 STARTS = 8
 """Local solves of an arm with a reduced problem; twice as many where none of them ends in a usable point."""
@@ -92,6 +94,8 @@ def _search_reduced(
     for round_ in range(ROUNDS if np.any(box[:, 1] > box[:, 0]) else 1):
         screens.append(screen(problem, box, seed, round_))
         search.candidates += screens[-1].evaluated
+        usable = [c.objective for c in screens[-1].candidates if c.violation == 0.0]
+        tell(Screened(search.arm.name, search.candidates, len(usable), min(usable, default=None)))
         _solve_candidates(cell, search, problem, screens[-1], deadline)
         if search.best is not None or not search.finished:
             return
@@ -180,6 +184,8 @@ def _search_general(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadl
     general = screen_general(cell, search.arm, box, seed, deadline)
     search.finished &= time.perf_counter() < deadline
     search.candidates = general.evaluated
+    found = [path.objective for path in general.paths if path.violation == 0.0]
+    tell(Screened(search.arm.name, search.candidates, len(found), min(found, default=None)))
     optima: list[tuple[float, ArmPoint]] = []
     for path in different([path for path in general.paths if len(path.joints)])[:GENERAL_STARTS]:
         start = ArmPoint(path.position, path.yaw, path.joints, path.signs)
@@ -204,6 +210,8 @@ def _solve(cell: Cell, search: ArmSearch, start: ArmPoint, deadline: float) -> l
         search.finished = False
     point = result.points[0]
     usable = result.status.has_point and check(cell, search.arm, point).usable
+    objective = result.objective if usable else None
+    tell(Started(search.arm.name, search.starts, result.status.value, objective, result.iterations))
     return [(result.objective, point)] if usable else []
 
 

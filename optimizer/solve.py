@@ -13,8 +13,10 @@ import casadi as ca
 import numpy as np
 
 from models.arrays import Floats
+from optimizer.iterations import Iterations
 from optimizer.program import ArmPoint, Program
 from optimizer.structure import Structure
+from optimizer.watch import check_stop
 
 
 class SolveStatus(StrEnum):
@@ -104,12 +106,17 @@ def solve_program(program: Program, start: Sequence[ArmPoint], time_limit: float
 
     Returns:
         The result; never raises for a numerical failure, the status says it.
+
+    Raises:
+        Cancelled: whoever watches (`optimizer.watch`) wants an end.
     """
+    check_stop()
     if np.any(program.lower > program.upper):  # a posture that the limits in force rule out
         empty = float(np.max(program.lower - program.upper))
         return Solve(SolveStatus.INFEASIBLE, "Empty_Bounds", list(start), np.inf, empty, 0, 0.0)
     began = time.perf_counter()
-    solver = _solver(program.structure, rounded_limit(time_limit))
+    solver, iterations = _solver(program.structure, rounded_limit(time_limit))
+    iterations.begin(program.scale, program.rows_lower, program.rows_upper)
     result = solver(
         x0=program.pack(start),
         p=program.parameters,
@@ -118,6 +125,7 @@ def solve_program(program: Program, start: Sequence[ArmPoint], time_limit: float
         lbg=program.rows_lower,
         ubg=program.rows_upper,
     )
+    check_stop()
     stats = solver.stats()
     word = str(stats["return_status"])
     unknowns = np.asarray(result["x"]).ravel()
@@ -145,8 +153,12 @@ def _outside(values: Floats, lower: Floats, upper: Floats) -> float:
 
 
 @lru_cache(maxsize=32)
-def _solver(structure: Structure, time_limit: float) -> ca.Function:
-    """IPOPT on a structure with its assembled derivatives (cached: building costs more than a solve)."""
+def _solver(structure: Structure, time_limit: float) -> tuple[ca.Function, Iterations]:
+    """IPOPT on a structure with its assembled derivatives (cached: building costs more than a solve).
+
+    The callback is called by the solver but not kept alive by it: both are cached together.
+    """
+    iterations = Iterations(structure)
     problem: Any = {
         "x": structure.unknowns,
         "p": structure.parameters,
@@ -159,6 +171,7 @@ def _solver(structure: Structure, time_limit: float) -> ca.Function:
         "grad_f": structure.gradient,
         "jac_g": structure.jacobian,
         "hess_lag": structure.hessian,
+        "iteration_callback": iterations,
         "ipopt": {**IPOPT_OPTIONS, "max_wall_time": time_limit},
     }
-    return ca.nlpsol("layout", "ipopt", problem, options)
+    return ca.nlpsol("layout", "ipopt", problem, options), iterations

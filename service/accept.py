@@ -26,6 +26,7 @@ class Accepted:
 
     Attributes:
         text: its JSON with every default filled in.
+        body_hash: SHA-256 (hex) of the bytes it came as.
         request_hash: see `hash_of`.
         name: its label.
         certificate_time: s that it asks for a proof.
@@ -33,6 +34,7 @@ class Accepted:
     """
 
     text: str
+    body_hash: str
     request_hash: str
     name: str
     certificate_time: float
@@ -60,6 +62,7 @@ def accept(body: bytes, limits: Limits, library: Library | None = None) -> Accep
     cell_of(request, library)
     return Accepted(
         text=request.model_dump_json(),
+        body_hash=hashlib.sha256(body).hexdigest(),
         request_hash=hash_of(request.model_dump(mode="json")),
         name=request.name,
         certificate_time=0.0 if request.certificate is None else request.certificate.time_limit,
@@ -78,6 +81,7 @@ def accept_evaluation(body: bytes, limits: Limits, library: Library | None = Non
     joints_of(request, cell_of(request, library))
     return Accepted(
         text=request.model_dump_json(),
+        body_hash=hashlib.sha256(body).hexdigest(),
         request_hash=hash_of(request.model_dump(mode="json")),
         name=request.name,
         certificate_time=0.0,

@@ -13,25 +13,32 @@ from fastapi.staticfiles import StaticFiles
 from fastapi.telemetry import TelemetryConfig
 
 from service import error_handlers, metrics, openapi, telemetry
-from service.api import docs, evaluate, health, layouts, meshes, robots
+from service.api import docs, evaluate, events, health, layouts, meshes, robots
 from service.api.state import State
+from service.dispatch import Rules
 from service.evaluations import Evaluations
-from service.executor import Executor, ProcessExecutor
+from service.executor import Executor
 from service.health import Monitor
 from service.intake import Intake
-from service.jobs import MemoryJobs
+from service.jobs import Capacity, Jobs
 from service.keys import keyring
 from service.library import Library
 from service.middleware import stack
+from service.pool import ProcessExecutor
 from service.robots import catalogue_list
 from service.settings import Settings
+from service.store.job_store import JobStore
+from service.store.sql import SqlJobStore
 from service.version import package_version
 
 STATIC = Path(__file__).parent / "static"
 
 
 def create_app(
-    settings: Settings | None = None, executor: Executor | None = None, traces: TelemetryConfig | None = None
+    settings: Settings | None = None,
+    executor: Executor | None = None,
+    traces: TelemetryConfig | None = None,
+    store: JobStore | None = None,
 ) -> FastAPI:
     """The application.
 
@@ -39,6 +46,7 @@ def create_app(
         settings: default: from the environment.
         executor: where solves run; default: warm processes. It is started and stopped with the application.
         traces: OpenTelemetry providers; default: what OTEL_* variables ask for, nothing without them.
+        store: where jobs are kept; default: as the settings say. It is opened and closed with the application.
 
     Raises:
         KeysUnusable: the API keys of the settings cannot be used.
@@ -49,15 +57,14 @@ def create_app(
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         runs_on.start()
-        jobs = MemoryJobs(
+        jobs = Jobs(
+            SqlJobStore(settings.store_url()) if store is None else store,
             runs_on,
-            workers=settings.workers,
-            time_limit=settings.time_limit,
-            grace=settings.grace,
-            max_queued=settings.max_queued,
-            keep=settings.keep_jobs,
+            Rules(settings.workers, settings.max_attempts, settings.time_limit, settings.grace),
+            Capacity(settings.max_queued, settings.keep_jobs),
         )
-        metrics.watch(workers=runs_on.alive)
+        await jobs.start()
+        metrics.watch(workers=runs_on.alive, queued=lambda: jobs.waiting, running=lambda: jobs.running)
         intake = Intake(settings.upload_time_limit, settings.max_uploads)
         monitor = Monitor(runs_on, settings.self_test_every)
         evaluations = Evaluations(runs_on, limit=settings.evaluate_limit, most=settings.max_evaluations)
@@ -69,9 +76,9 @@ def create_app(
             for task in background:
                 task.cancel()
             await asyncio.gather(*background, return_exceptions=True)
-            await jobs.close()
+            await jobs.close(settings.drain)
             await asyncio.to_thread(intake.stop)
-            await asyncio.to_thread(runs_on.stop)
+            await runs_on.stop()
 
     app = FastAPI(
         title="duocell",
@@ -82,7 +89,7 @@ def create_app(
         telemetry={**telemetry.config(), **(traces or {})},
     )
     error_handlers.install(app)
-    for part in (evaluate, layouts, robots, meshes, health, docs):
+    for part in (evaluate, layouts, events, robots, meshes, health, docs):
         app.include_router(part.router)
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
     openapi.install(app)

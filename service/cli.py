@@ -51,11 +51,20 @@ def parser() -> argparse.ArgumentParser:
     serve.add_argument("--data-dir", type=Path, help="folder for what has to survive a restart (DUOCELL_DATA_DIR)")
     serve.set_defaults(command=_serve)
 
+    migrate = commands.add_parser(
+        "migrate",
+        help="bring the database up to date",
+        description="Make or change the tables of the database to those of this version (DUOCELL_DATABASE_URL, "
+        "DUOCELL_DATA_DIR). SQLite is also migrated by `duocell serve`; PostgreSQL only here.",
+    )
+    migrate.set_defaults(command=_migrate)
+
     solve = commands.add_parser("solve", help="solve a request", description="Solve a request and print the layout.")
     solve.add_argument("request", metavar="REQUEST.json", help="a body of POST /v1/layouts; - reads standard input")
     solve.add_argument("-o", "--output", metavar="RESULT.json", help="where to write the answer; - is standard output")
     _add_robots(solve)
     solve.add_argument("--time-limit", type=float, metavar="S", help="soft limit in s (DUOCELL_TIME_LIMIT, default 60)")
+    solve.add_argument("--server", metavar="URL", help="solve there instead of here; the key, if any: DUOCELL_API_KEY")
     solve.set_defaults(command=_solve)
 
     check = commands.add_parser(
@@ -115,10 +124,16 @@ def _serve(options: argparse.Namespace) -> int:
     return serve(host=options.host, port=options.port, workers=options.workers, data_dir=options.data_dir)
 
 
+def _migrate(options: argparse.Namespace) -> int:
+    from service.cli_migrate import migrate
+
+    return migrate()
+
+
 def _solve(options: argparse.Namespace) -> int:
     from service.cli_solve import solve
 
-    return solve(options.request, options.output, options.robot_urdf, options.time_limit)
+    return solve(options.request, options.output, options.robot_urdf, options.time_limit, options.server)
 
 
 def _check(options: argparse.Namespace) -> int:

@@ -14,6 +14,7 @@ from service.cli import Exit
 from service.cli_input import complain, library_from, read
 from service.cli_solve import check_writable, show
 from service.issues import InvalidRequest, Issue
+from service.resources import solved_here
 from service.settings import Settings
 from service.strict_json import NotJson, parse
 
@@ -44,7 +45,7 @@ def check(source: str, output: str | None, urdfs: Sequence[str]) -> int:
     except DuocellError as error:
         sys.stderr.write(f"failed: {error.detail}\n")
         return Exit.FAILED
-    show(accepted, result, created, output)
+    show(solved_here(accepted, result, created), output)
     return Exit.SOLVED if result["outcome"] == "feasible" else Exit.INFEASIBLE
 
 

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import asyncio
+import socket
+from math import ceil
 from typing import Any
 
 from pydantic import ValidationError
 
 from service.cli_input import complain
-from service.executor import ProcessExecutor
 from service.issues import Issue
 from service.keys import KeysUnusable, keyring
+from service.pool import ProcessExecutor
 from service.settings import Settings
 
-GRACEFUL_SHUTDOWN = 5
-"""s that open requests are given when the server is told to stop."""
+AFTER_DRAIN = 3.0
+"""s that open connections are given when the last solve has ended or was put back."""
 
 MAX_HEAD = 32_768
 """Bytes of a request's head (method, address, headers) and of a chunk's; beyond them the connection is closed."""
@@ -30,25 +33,35 @@ def serve(**flags: Any) -> int:
     except KeysUnusable as error:
         return complain([Issue("", str(error))])
     executor = ProcessExecutor(settings.workers, settings.data_dir)
-    executor.start()  # the workers load their engines while this process loads the web framework
+    executor.start()  # the engines are loaded while this process loads the web framework
     import uvicorn
 
     from service import logs
     from service.app import create_app
 
     logs.configure(settings)
-    try:
-        uvicorn.run(
-            create_app(settings, executor),
-            host=settings.host,
-            port=settings.port,
-            timeout_graceful_shutdown=GRACEFUL_SHUTDOWN,
-            server_header=False,
-            http="h11",  # the one that limits headers: others collect them without end
-            h11_max_incomplete_event_size=MAX_HEAD,
-            log_config=None,  # `service.logs` has configured them
-            access_log=False,  # `service.middleware.observe` writes it
-        )
-    finally:
-        executor.stop()  # nothing happens if the application has done so
-    return 0
+    app = create_app(settings, executor)
+
+    class Server(uvicorn.Server):
+        """Lets solves come to an end, or puts them back, while connections are closed; streams end with their jobs."""
+
+        async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+            """See uvicorn."""
+            draining = asyncio.create_task(app.state.duocell.jobs.drain(settings.drain))
+            await super().shutdown(sockets)
+            await draining
+
+    config = uvicorn.Config(
+        app,
+        host=settings.host,
+        port=settings.port,
+        timeout_graceful_shutdown=ceil(settings.drain + AFTER_DRAIN),
+        server_header=False,
+        http="h11",  # the one that limits headers: others collect them without end
+        h11_max_incomplete_event_size=MAX_HEAD,
+        log_config=None,  # `service.logs` has configured them
+        access_log=False,  # `service.middleware.observe` writes it
+    )
+    server = Server(config)
+    server.run()
+    return 0 if server.started else 1

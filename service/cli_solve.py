@@ -3,72 +3,95 @@
 from __future__ import annotations
 
 import json
-import os
 import sys
-import threading
-from collections.abc import Callable, Sequence
-from concurrent.futures import Future
-from contextlib import nullcontext
-from datetime import UTC, datetime
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from models.errors import DuocellError
-from service.accept import Accepted, accept
+from service.accept import accept
 from service.cli import Exit
 from service.cli_input import complain, library_from, read
-from service.executor import limit_threads
 from service.issues import InvalidRequest, Issue
-from service.library import Library
-from service.resources import timestamp
 from service.settings import Settings
 from service.strict_json import NotJson, parse
 
+BAD_REQUESTS = (400, 413, 415, 422)
+"""Answers that blame the request."""
 EXITS = {"optimal": Exit.SOLVED, "feasible": Exit.CUT, "infeasible": Exit.INFEASIBLE}
 
-Progress = Callable[[str, float], None]
 
-
-def solve(source: str, output: str | None, urdfs: Sequence[str], time_limit: float | None) -> int:
-    """Solve the request in a file, print the layout, write the answer if asked to."""
+def solve(
+    source: str, output: str | None, urdfs: Sequence[str], time_limit: float | None, server: str | None = None
+) -> int:
+    """Solve the request in a file, here or at a server; print the layout, write the answer if asked to."""
     try:
-        settings = Settings() if time_limit is None else Settings(time_limit=time_limit)
         check_writable(output)
-        library = library_from(settings.data_dir, urdfs)
-        accepted = accept(read(source), settings, library)
+        resource = _here(source, urdfs, time_limit) if server is None else _there(server, source, urdfs, time_limit)
     except InvalidRequest as error:
         return complain(error.issues)
     except NotJson as error:
         return complain([Issue("", error.detail)])
     except ValueError as error:  # pydantic's ValidationError is one
         return complain([Issue("", f"settings: {error}")])
-    created = datetime.now(UTC)
-    try:
-        result = _run(accepted, settings.time_limit + accepted.certificate_time, library)
-    except DuocellError as error:
+    except (DuocellError, Failed) as error:
         sys.stderr.write(f"failed: {error.detail}\n")
         return Exit.FAILED
-    show(accepted, result, created, output)
-    return exit_code(result)
+    show(resource, output)
+    return exit_code(resource["result"])
 
 
-def show(accepted: Accepted, result: dict[str, Any], created: datetime, output: str | None) -> None:
-    """Print a result, and write it if asked to."""
+def show(resource: dict[str, Any], output: str | None) -> None:
+    """Print a layout, and write it if asked to."""
     from service.cli_tables import print_layout
 
-    resource = {
-        "name": accepted.name,
-        "status": "succeeded",
-        "created_at": timestamp(created),
-        "request": json.loads(accepted.text),
-        "result": result,
-    }
     text = json.dumps(resource, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
     print_layout(resource, sys.stderr if output == "-" else sys.stdout)
     if output == "-":
         sys.stdout.write(text)
     elif output is not None:
         Path(output).write_text(text, encoding="utf-8")
+
+
+class Failed(Exception):
+    """There is no layout, and the request is not to blame; ``detail`` says why."""
+
+    def __init__(self, detail: str) -> None:
+        super().__init__(detail)
+        self.detail = detail
+
+
+def _here(source: str, urdfs: Sequence[str], time_limit: float | None) -> dict[str, Any]:
+    """Solve in this process."""
+    from service.cli_local import solve_here
+
+    settings = Settings() if time_limit is None else Settings(time_limit=time_limit)
+    library = library_from(settings.data_dir, urdfs)
+    accepted = accept(read(source), settings, library)
+    return solve_here(accepted, settings.time_limit + accepted.certificate_time, library)
+
+
+def _there(server: str, source: str, urdfs: Sequence[str], time_limit: float | None) -> dict[str, Any]:
+    """Solve at a server."""
+    import httpx2
+
+    from service.cli_remote import Refused, solve_there
+
+    for option, given in (("--robot-urdf", bool(urdfs)), ("--time-limit", time_limit is not None)):
+        if given:
+            raise InvalidRequest([Issue("", f"{option} has no meaning for a server: it has its own. Leave it out.")])
+    try:
+        resource = solve_there(server, read(source))
+    except Refused as error:
+        if error.status in BAD_REQUESTS:
+            found = [Issue(entry["pointer"], entry["detail"]) for entry in error.problem.get("errors", [])]
+            raise InvalidRequest(found or [Issue("", str(error))]) from error
+        raise Failed(str(error)) from error
+    except (httpx2.HTTPError, httpx2.InvalidURL) as error:
+        raise Failed(f"{server} cannot be asked: {str(error) or type(error).__name__}.") from error
+    if resource["status"] != "succeeded":
+        raise Failed((resource["error"] or {"detail": f"The layout was {resource['status']}."})["detail"])
+    return resource
 
 
 def exit_code(result: dict[str, Any]) -> int:
@@ -104,37 +127,3 @@ def check_writable(output: str | None) -> None:
     """Complain before the work rather than after it."""
     if output not in (None, "-") and not Path(str(output)).absolute().parent.is_dir():
         raise InvalidRequest([Issue("", f"{output} cannot be written: there is no such folder. Create it first.")])
-
-
-def _run(accepted: Accepted, time_limit: float, library: Library) -> dict[str, Any]:
-    """Solve in a thread: an engine deep in its own code keeps no signal handler from running here."""
-    limit_threads()
-    answer: Future[dict[str, Any]] = Future()
-    with _bar() as progress:
-
-        def work() -> None:
-            try:
-                from service.solving import solve_request
-
-                result = solve_request(accepted.text, accepted.request_hash, time_limit, library, progress)
-            except BaseException as error:  # it is raised again by the thread that waits
-                answer.set_exception(error)
-            else:
-                answer.set_result(result)
-
-        threading.Thread(target=work, daemon=True).start()
-        try:
-            return answer.result()
-        except KeyboardInterrupt:
-            sys.stderr.write("interrupted\n")
-            sys.stderr.flush()
-            os._exit(Exit.INTERRUPTED)  # the solve cannot be stopped from outside; nothing is left to tidy up
-
-
-def _bar() -> Any:
-    """A progress bar on a terminal, nothing elsewhere."""
-    if not sys.stderr.isatty():
-        return nullcontext()
-    from service.cli_progress import bar
-
-    return bar()

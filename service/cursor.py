@@ -7,6 +7,7 @@ import binascii
 from datetime import datetime
 
 from service.issues import Issue
+from service.job import is_job_id
 from service.problems import Problem
 
 
@@ -25,6 +26,8 @@ def decode(cursor: str) -> tuple[datetime, str]:
     try:
         text = base64.urlsafe_b64decode(cursor + "=" * (-len(cursor) % 4)).decode("ascii")
         moment, job_id = text.split(" ")
+        if not is_job_id(job_id):
+            raise ValueError("no identifier of a job")
         key = datetime.fromisoformat(moment), job_id
         if key[0].tzinfo is None:
             raise ValueError("no time zone")

@@ -12,12 +12,26 @@ from starlette.exceptions import HTTPException
 
 from models.errors import DuocellError
 from service.issues import InvalidRequest, Issue
-from service.jobs import QueueFull
 from service.middleware.routes import route_of
 from service.problems import BY_STATUS, KINDS, Problem, phrase, response
+from service.refusals import Refused
+from service.store.job_store import StoreUnavailable
 from service.strict_json import NotJson
 
 log = logging.getLogger(__name__)
+
+KNOWN = (
+    Problem,
+    InvalidRequest,
+    NotJson,
+    Refused,
+    StoreUnavailable,
+    DuocellError,
+    RequestValidationError,
+    HTTPException,
+)
+STORE_RETRY_AFTER = 2
+"""s; the store is looked at again about as often."""
 
 
 def install(app: FastAPI) -> None:
@@ -31,7 +45,7 @@ def install(app: FastAPI) -> None:
             problem.headers = dict(problem.headers or {}) | _allowed(request)
         return response(problem, request.url.path, status)
 
-    for kind in (Problem, InvalidRequest, NotJson, QueueFull, DuocellError, RequestValidationError, HTTPException):
+    for kind in KNOWN:
         app.add_exception_handler(kind, handle)
 
 
@@ -46,9 +60,10 @@ def as_problem(error: Exception) -> tuple[Problem, int]:
             return Problem(error.code, detail, errors=error.issues), 0
         case NotJson():
             return Problem("invalid-json", error.detail, errors=[Issue("", error.detail)]), 0
-        case QueueFull():
-            detail = f"{error.waiting} layouts are waiting already. Try again in {error.retry_after} s."
-            return Problem("queue-full", detail, headers={"Retry-After": str(error.retry_after)}), 0
+        case Refused():
+            return Problem(error.code, error.detail, headers=_retry_after(error.retry_after)), 0
+        case StoreUnavailable():
+            return Problem("store-unavailable", error.detail, headers=_retry_after(STORE_RETRY_AFTER)), 0
         case DuocellError():
             return Problem(error.code if error.code in KINDS else "error", error.detail), 0
         case RequestValidationError():
@@ -59,6 +74,10 @@ def as_problem(error: Exception) -> tuple[Problem, int]:
         case HTTPException():
             return _framework_problem(error), error.status_code
     raise AssertionError(f"installed for {type(error).__name__} without a problem")
+
+
+def _retry_after(seconds: int | None) -> dict[str, str]:
+    return {} if seconds is None else {"Retry-After": str(seconds)}
 
 
 def _framework_problem(error: HTTPException) -> Problem:

@@ -1,213 +1,304 @@
-"""Jobs: a request on its way to a result.
-
-`Jobs` is what the endpoints need; `MemoryJobs` keeps everything in this process and forgets it with the process.
-"""
+"""Jobs: takes requests in, has them solved, keeps what came out. What the endpoints need, and nothing of HTTP."""
 
 from __future__ import annotations
 
 import asyncio
 import logging
-import time
 import uuid
-from collections import deque
+from collections.abc import AsyncIterator
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from enum import StrEnum
-from math import ceil
-from typing import Protocol
 
 from service.accept import Accepted
-from service.executor import Executor, SolveFailed
+from service.dispatch import Active, Dispatcher, Rules
+from service.executor import Executor
+from service.feed import Feed
+from service.job import Ending, Failure, Job, JobEvent, JobStatus
+from service.refusals import AlreadyFinished, Closing, KeyBusy, KeyReused, NotFinished, QueueFull
+from service.store.job_store import JobFilter, JobStore, KeyTaken, StoreUnavailable
 
 log = logging.getLogger(__name__)
 
-
-class JobStatus(StrEnum):
-    """Where a job is."""
-
-    QUEUED = "queued"
-    RUNNING = "running"
-    SUCCEEDED = "succeeded"
-    FAILED = "failed"
-    CANCELLED = "cancelled"
-
-    @property
-    def finished(self) -> bool:
-        """True if it will not change any more."""
-        return self not in (JobStatus.QUEUED, JobStatus.RUNNING)
+CHORES_EVERY = 1.0
+"""s between the times when events are stored and old jobs forgotten."""
+CHECK_EVERY, OPEN_EVERY = 5.0, 1.0
+"""s between looks at the store while it works, and while it does not."""
+EVENTS_AT_ONCE = 500
+"""Events read from the store in one go."""
 
 
 @dataclass(frozen=True, slots=True)
-class Failure:
-    """Why a job failed: a stable code and a sentence."""
+class Capacity:
+    """How much is kept: jobs that may wait, finished jobs that are remembered."""
 
-    code: str
-    detail: str
+    max_queued: int
+    keep: int
 
 
-@dataclass(frozen=True, slots=True)
-class Job:
-    """One state of a job; a change makes another object with a higher ``revision``.
+class Jobs:
+    """Everything about jobs. Every method may be called at any time; any may raise `StoreUnavailable`."""
 
-    Attributes:
-        request: JSON of the accepted request.
-        result: JSON of the result once it succeeded.
-        outcome: of the result.
-        objective: of the result.
-    """
+    def __init__(self, store: JobStore, executor: Executor, rules: Rules, capacity: Capacity) -> None:
+        self._store = store
+        self._dispatcher = Dispatcher(store, executor, rules)
+        self._rules = rules
+        self._capacity = capacity
+        self._accepting: set[tuple[str, str]] = set()
+        self._background: list[asyncio.Task[None]] = []
+        self._closing = False
+        self._drained: asyncio.Task[None] | None = None
+        self._finished_before = 0  # finished jobs that are kept, apart from those that ended in this process
+        self.store_problem = "The store of the jobs is being opened."
+        """Why the store cannot be used at the moment; "" if it can."""
 
-    id: str
-    name: str
-    status: JobStatus
-    created_at: datetime
-    request: str
-    revision: int = 1
-    started_at: datetime | None = None
-    finished_at: datetime | None = None
-    result: str | None = None
-    outcome: str | None = None
-    objective: float | None = None
-    failure: Failure | None = None
+    # -------------------------------------------------------------------------------------------------------- its life
+
+    async def start(self) -> None:
+        """Open the store and take up what is in it; where that does not work it is tried again in the background."""
+        tried = asyncio.Event()
+        self._background = [asyncio.create_task(self._watch_store(tried)), asyncio.create_task(self._do_chores())]
+        await tried.wait()
 
     @property
-    def key(self) -> tuple[datetime, str]:
-        """Place in the list; unique."""
-        return self.created_at, self.id
+    def waiting(self) -> int:
+        """Jobs that wait for a worker."""
+        return self._dispatcher.waiting
 
+    @property
+    def running(self) -> int:
+        """Jobs being solved."""
+        return self._dispatcher.running
 
-class QueueFull(Exception):
-    """No more jobs are taken in; ``retry_after`` [s] is when to try again."""
+    async def drain(self, seconds: float) -> None:
+        """Take nothing more in, let what runs come to an end within a time, put the rest back into the queue."""
+        self._closing = True
+        if self._drained is None:
+            self._drained = asyncio.create_task(self._dispatcher.drain(seconds))
+        await asyncio.shield(self._drained)
 
-    def __init__(self, waiting: int, retry_after: int) -> None:
-        super().__init__(f"{waiting} jobs are waiting")
-        self.waiting = waiting
-        self.retry_after = retry_after
+    async def close(self, seconds: float) -> None:
+        """`drain`, and let go of everything."""
+        await self.drain(seconds)
+        for task in self._background:
+            task.cancel()
+        await asyncio.gather(*self._background, return_exceptions=True)
+        await asyncio.to_thread(self._store.close)
 
+    # ------------------------------------------------------------------------------------------------------- taking in
 
-class Jobs(Protocol):
-    """Takes requests in, has them solved, keeps what came out. Every method may be called at any time."""
+    async def submit(self, accepted: Accepted, client: str = "", key: str | None = None) -> Job:
+        """Take a request in. Once this returns it is stored, and is solved without further calls.
 
-    async def submit(self, accepted: Accepted) -> Job:
-        """Take a request in; it is solved without further calls.
+        Args:
+            accepted: the request.
+            client: who sent it.
+            key: idempotency key: the same body with the same key is the same job.
 
         Raises:
-            QueueFull: too many are waiting already; nothing was taken in.
+            QueueFull, Closing, KeyReused, KeyBusy: it was not taken in.
         """
+        if self._closing:
+            raise Closing("The service is being stopped. Try again in a few seconds.", retry_after=5)
+        if self.store_problem:
+            raise StoreUnavailable(self.store_problem)
+        # Shielded: what is stored must also be carried out, even if nobody waits for the answer any more.
+        if key is None:
+            return await asyncio.shield(self._take_in(accepted, client, None))
+        if (client, key) in self._accepting:
+            raise KeyBusy("A request with this Idempotency-Key is being taken in. Try again in a second.", 1)
+        self._accepting.add((client, key))
+        try:
+            return await asyncio.shield(self._take_in_once(accepted, client, key))
+        finally:
+            self._accepting.discard((client, key))
+
+    async def _take_in_once(self, accepted: Accepted, client: str, key: str) -> Job:
+        """The job of a key, whether it is there already or not."""
+        found = await asyncio.to_thread(self._store.with_key, client, key)
+        if found is None:
+            try:
+                return await self._take_in(accepted, client, key)
+            except KeyTaken:  # by a request whose connection was lost while it was taken in
+                found = await asyncio.to_thread(self._store.with_key, client, key)
+        if found is None or found.body_hash != accepted.body_hash:
+            raise KeyReused("This Idempotency-Key came with another body before. Take a new key for a new request.")
+        return found.job
+
+    async def _take_in(self, accepted: Accepted, client: str, key: str | None) -> Job:
+        """Store a new job, running if a worker is free, and carry it out."""
+        dispatcher = self._dispatcher
+        at_once = dispatcher.reserve()
+        if not at_once and dispatcher.waiting >= self._capacity.max_queued:
+            wait = dispatcher.retry_after()
+            raise QueueFull(f"{dispatcher.waiting} layouts are waiting already. Try again in {wait} s.", wait)
+        job = _new_job(accepted, client)
+        active = Active(job)
+        events = [active.feed.state(1, "status", status="queued")]
+        if at_once:
+            job = replace(job, status=JobStatus.RUNNING, started_at=job.created_at, attempts=1, revision=2)
+            events.append(active.feed.state(2, "status", status="running", attempt=1))
+        try:
+            await asyncio.to_thread(self._store.add, job, events, key, accepted.body_hash)
+        except BaseException:
+            if at_once:
+                dispatcher.release()
+            raise
+        active.feed.saved(events[-1].number)
+        active.feed.tell(*events)
+        active.job = job if at_once else replace(job, request="")  # long, and read again when its turn comes
+        (dispatcher.run if at_once else dispatcher.queue)(active)
+        return job
+
+    # --------------------------------------------------------------------------------------------------------- looking
 
     async def get(self, job_id: str) -> Job | None:
         """The present state, or None if there is no such job (any more)."""
+        return await asyncio.to_thread(self._store.get, job_id)
 
-    async def newest(self, limit: int, after: tuple[datetime, str] | None = None) -> list[Job]:
-        """At most ``limit`` jobs, the newest first, continuing behind the job with the key ``after``."""
+    async def page(self, limit: int, after: tuple[datetime, str] | None, chosen: JobFilter) -> list[Job]:
+        """Heads of at most ``limit`` jobs, the newest first, continuing behind the job with the key ``after``."""
+        return await asyncio.to_thread(self._store.page, limit, after, chosen)
 
     async def wait(self, job_id: str, timeout: float) -> Job | None:
         """The state of a job once it is finished, or after ``timeout`` s, whatever comes first."""
+        active = self._dispatcher.active.get(job_id)
+        if active is not None:
+            await asyncio.wait([active.finished], timeout=timeout)
+            job = active.finished.result() if active.finished.done() else None
+            if job is not None and job.request:
+                return job
+        return await self.get(job_id)
 
-    async def reachable(self) -> bool:
-        """Whether what keeps the jobs answers."""
+    async def has_events(self, job_id: str, after: int) -> bool:
+        """Whether events with numbers above ``after`` are stored."""
+        return bool(await asyncio.to_thread(self._store.events, job_id, after, 1))
 
-    async def close(self) -> None:
-        """Let go of everything that runs."""
+    async def follow(self, job_id: str, after: int, silence: float) -> AsyncIterator[JobEvent | None]:
+        """Events of a job with numbers above ``after``, up to its last one; None after ``silence`` s without any."""
+        active = self._dispatcher.active.get(job_id)
+        while stored := await asyncio.to_thread(self._store.events, job_id, after, EVENTS_AT_ONCE):
+            for event in stored:
+                yield event
+                after = event.number
+        while active is not None:
+            fresh = active.feed.after(after)
+            for event in fresh:
+                yield event
+                after = event.number
+            if active.feed.closed and not fresh:
+                return
+            if not fresh and not await active.feed.news(silence):
+                yield None
 
+    # -------------------------------------------------------------------------------------------------------- changing
 
-class MemoryJobs:
-    """Jobs in the memory of this process."""
+    async def cancel(self, job_id: str) -> Job | None:
+        """End a job that has not ended, at once and for good; its state, or None if there is no such job.
 
-    def __init__(
-        self, executor: Executor, *, workers: int, time_limit: float, grace: float, max_queued: int, keep: int
-    ) -> None:
-        self._executor = executor
-        self._workers = workers
-        self._slots = asyncio.Semaphore(workers)
-        self._time_limit = time_limit
-        self._grace = grace
-        self._max_queued = max_queued
-        self._keep = keep
-        self._jobs: dict[str, Job] = {}
-        self._tasks: dict[str, asyncio.Task[None]] = {}  # of the jobs that are not finished
-        self._finished: deque[str] = deque()
-        self._seconds: deque[float] = deque([1.0], maxlen=20)  # how long the last solves took
+        Its worker is free again within a second.
 
-    async def submit(self, accepted: Accepted) -> Job:
-        """See `Jobs`."""
-        waiting = len(self._tasks) - self._workers
-        if waiting >= self._max_queued:
-            mean = sum(self._seconds) / len(self._seconds)
-            raise QueueFull(waiting, min(60, ceil(mean * max(1, waiting) / self._workers)))
-        job = Job(
-            id=uuid.uuid4().hex,
-            name=accepted.name,
-            status=JobStatus.QUEUED,
-            created_at=datetime.now(UTC),
-            request=accepted.text,
-        )
-        self._jobs[job.id] = job
-        self._tasks[job.id] = asyncio.create_task(self._carry_out(job.id, accepted))
+        Raises:
+            AlreadyFinished: it has ended otherwise.
+        """
+        return await asyncio.shield(self._cancel(job_id))
+
+    async def _cancel(self, job_id: str) -> Job | None:
+        job = await self.get(job_id)
+        if job is None or job.status is JobStatus.CANCELLED:
+            return job
+        active = self._dispatcher.active.get(job_id) or Active(job)
+        event = active.feed.state(active.job.revision + 1, "done", status=JobStatus.CANCELLED.value)
+        head = await asyncio.to_thread(self._store.cancel, job_id, event)
+        if head is not None:
+            self._dispatcher.end(active, head, event)
+            active.call_off()
+            return replace(head, request=job.request)
+        job = await self.get(job_id)
+        if job is not None and job.status is not JobStatus.CANCELLED:
+            raise AlreadyFinished(
+                f"The layout has {job.status.value} already; only a layout under way can be cancelled."
+            )
         return job
 
-    async def get(self, job_id: str) -> Job | None:
-        """See `Jobs`."""
-        return self._jobs.get(job_id)
+    async def delete(self, job_id: str) -> bool:
+        """Forget a finished job; False if there is no such job.
 
-    async def newest(self, limit: int, after: tuple[datetime, str] | None = None) -> list[Job]:
-        """See `Jobs`."""
-        jobs = sorted(self._jobs.values(), key=lambda job: job.key, reverse=True)
-        return [job for job in jobs if after is None or job.key < after][:limit]
+        Raises:
+            NotFinished: it has not ended.
+        """
+        if await asyncio.to_thread(self._store.delete, job_id):
+            self._finished_before -= 1
+            return True
+        if await self.get(job_id) is not None:
+            raise NotFinished("The layout is queued or running. Cancel it first, or wait until it is finished.")
+        return False
 
-    async def wait(self, job_id: str, timeout: float) -> Job | None:
-        """See `Jobs`."""
-        task = self._tasks.get(job_id)
-        if task is not None:
-            await asyncio.wait([task], timeout=timeout)
-        return self._jobs.get(job_id)
+    # ------------------------------------------------------------------------------------------------------ background
 
-    async def reachable(self) -> bool:
-        """See `Jobs`; memory always answers."""
-        return True
+    async def _watch_store(self, tried: asyncio.Event) -> None:
+        """Open the store; look at it again and again; open it once more if it was lost."""
+        while True:
+            try:
+                if self.store_problem:
+                    await asyncio.to_thread(self._store.open)
+                    await self._take_up()
+                await asyncio.to_thread(self._store.check)
+                self.store_problem = ""
+            except StoreUnavailable as error:
+                if error.detail != self.store_problem:
+                    log.warning("the store is not available: %s", error.detail)
+                self.store_problem = error.detail
+            tried.set()
+            await asyncio.sleep(OPEN_EVERY if self.store_problem else CHECK_EVERY)
 
-    async def close(self) -> None:
-        """See `Jobs`."""
-        tasks = list(self._tasks.values())
-        for task in tasks:
-            task.cancel()
-        await asyncio.gather(*tasks, return_exceptions=True)
+    async def _take_up(self) -> None:
+        """Carry on with what is in the store: what waited waits, what ran when this or another process ended waits."""
+        self._finished_before = await asyncio.to_thread(self._store.finished) - self._dispatcher.ended
+        for job in await asyncio.to_thread(self._store.unfinished):
+            if job.id not in self._dispatcher.active:
+                waits = job if job.status is JobStatus.QUEUED else await asyncio.to_thread(self._interrupted, job)
+                if waits is not None:
+                    self._dispatcher.queue(Active(waits))
 
-    async def _carry_out(self, job_id: str, accepted: Accepted) -> None:
-        """The life of a job."""
-        limit = self._time_limit + accepted.certificate_time
-        kill_after = limit * accepted.runs + self._grace  # every run is given the limit anew
-        try:
-            async with self._slots:
-                self._change(job_id, status=JobStatus.RUNNING, started_at=datetime.now(UTC))
-                began = time.monotonic()
-                answer = await self._executor.solve(accepted.text, accepted.request_hash, limit, kill_after)
-                self._seconds.append(time.monotonic() - began)
-            self._finish(
-                job_id,
-                JobStatus.SUCCEEDED,
-                result=answer.text,
-                outcome=answer.outcome,
-                objective=answer.objective,
-            )
-        except SolveFailed as error:
-            self._finish(job_id, JobStatus.FAILED, failure=Failure(error.code, error.detail))
-        except asyncio.CancelledError:
-            self._finish(job_id, JobStatus.CANCELLED, failure=Failure("cancelled", "The service was shut down."))
-            raise
-        except Exception:  # whatever happens, a job comes to an end
-            log.exception("job %s", job_id)
-            self._finish(
-                job_id, JobStatus.FAILED, failure=Failure("internal", "Unexpected error; see the log of the server.")
-            )
+    def _interrupted(self, job: Job) -> Job | None:
+        """Put a job back that ran when a process ended; None if that has happened too often."""
+        most, number = self._rules.max_attempts, job.attempts
+        detail = f"The service ended in the middle of attempt {number} of {most}."
+        if number < most:
+            event = Feed().state(job.revision + 1, "status", status="queued", detail=detail)
+            return self._store.put_back(job.id, number, [event], counted=True)
+        error = {"code": "interrupted", "detail": detail}
+        event = Feed().state(job.revision + 1, "done", status="failed", error=error)
+        self._store.finish(job.id, number, Ending(JobStatus.FAILED, failure=Failure(**error)), [event])
+        self._finished_before += 1
+        return None
 
-    def _change(self, job_id: str, **changes: object) -> None:
-        job = self._jobs[job_id]
-        self._jobs[job_id] = replace(job, revision=job.revision + 1, **changes)  # type: ignore[arg-type]
+    async def _do_chores(self) -> None:
+        """Store the events of what runs, so that they survive this process; forget the oldest finished jobs."""
+        while True:
+            await asyncio.sleep(CHORES_EVERY)
+            fresh = [(key, event) for key, active in self._dispatcher.active.items() for event in active.feed.unsaved()]
+            try:
+                if fresh:
+                    await asyncio.to_thread(self._store.add_events, fresh)
+                    for key, event in fresh:
+                        if key in self._dispatcher.active:
+                            self._dispatcher.active[key].feed.saved(event.number)
+                if self._finished_before + self._dispatcher.ended > self._capacity.keep:
+                    self._finished_before -= await asyncio.to_thread(self._store.trim, self._capacity.keep)
+            except StoreUnavailable as error:
+                log.warning("the store is not available: %s", error.detail)
 
-    def _finish(self, job_id: str, status: JobStatus, **changes: object) -> None:
-        """Enter a final state and forget the oldest finished job if there are too many."""
-        self._change(job_id, status=status, finished_at=datetime.now(UTC), **changes)
-        del self._tasks[job_id]
-        self._finished.append(job_id)
-        if len(self._finished) > self._keep:
-            del self._jobs[self._finished.popleft()]
+
+def _new_job(accepted: Accepted, client: str) -> Job:
+    return Job(
+        id=uuid.uuid4().hex,
+        name=accepted.name,
+        client=client,
+        status=JobStatus.QUEUED,
+        created_at=datetime.now(UTC),
+        request=accepted.text,
+        request_hash=accepted.request_hash,
+        certificate_time=accepted.certificate_time,
+        runs=accepted.runs,
+    )

@@ -52,6 +52,7 @@ HEADERS: dict[str, dict[str, Any]] = {
     "Location": {"description": "Address of the resource.", "schema": {"type": "string"}},
     "ETag": {"description": "Changes whenever the layout does.", "schema": {"type": "string"}},
     "Retry-After": {"description": "Seconds after which to ask again.", "schema": {"type": "integer"}},
+    "Link": {"description": 'The next page, `rel="next"`, if there is one.', "schema": {"type": "string"}},
     "Preference-Applied": {"description": "The wait that was granted (RFC 7240).", "schema": {"type": "string"}},
     "WWW-Authenticate": {"description": "How to send a key (RFC 6750).", "schema": {"type": "string"}},
     "X-Request-ID": {"description": "The request's name in the log of the service.", "schema": {"type": "string"}},
@@ -70,6 +71,9 @@ SENT_WITH: dict[tuple[str, str], list[str]] = {
     ("create_robot", "201"): ["Location"],
     ("create_mesh", "200"): ["Location"],
     ("create_mesh", "201"): ["Location"],
+    ("create_layout", "409"): ["Retry-After"],
+    ("list_layouts", "200"): ["Link"],
+    ("cancel_layout", "202"): ["ETag"],
     ("get_layout", "200"): ["ETag", "Retry-After"],
     ("get_layout", "304"): ["ETag"],
 }
@@ -83,6 +87,24 @@ ASKED_WITH: dict[str, list[dict[str, Any]]] = {
             "description": "`wait=N`: answer with the finished layout if it is done within N seconds (RFC 7240).",
             "schema": {"type": "string"},
             "example": "wait=10",
+        },
+        {
+            "name": "Idempotency-Key",
+            "in": "header",
+            "required": False,
+            "description": "1 to 255 printable ASCII characters, best a new UUID: the same body with the same key is "
+            "carried out once, however often it is sent.",
+            "schema": {"type": "string"},
+            "example": "8e03978e-40d5-43dd-bc93-6894a57f9324",
+        },
+    ],
+    "follow_layout": [
+        {
+            "name": "Last-Event-ID",
+            "in": "header",
+            "required": False,
+            "description": "id of the last event received: the stream goes on behind it.",
+            "schema": {"type": "string"},
         }
     ],
     "get_layout": [

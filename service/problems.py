@@ -31,6 +31,12 @@ KINDS: dict[str, Kind] = {
     "unauthorized": Kind(401, "A key is needed", "Send one in the header Authorization or X-API-Key."),
     "not-found": Kind(404, "There is nothing here", "Check the address; `/docs` lists all of them."),
     "layout-not-found": Kind(404, "No such layout", "Finished layouts are forgotten after a while: ask again."),
+    "layout-active": Kind(409, "The layout is under way", "Cancel it first, or wait until it is finished."),
+    "layout-finished": Kind(409, "The layout is finished", "Only a queued or running layout can be cancelled."),
+    "idempotency-key-busy": Kind(409, "The same request is being taken in", "Try again after Retry-After."),
+    "idempotency-key-reused": Kind(
+        422, "The Idempotency-Key belongs to another request", "Take a new key for every new request."
+    ),
     "robot-not-found": Kind(404, "No such robot", "`GET /v1/robots` lists all of them."),
     "mesh-not-found": Kind(404, "No such mesh", "`GET /v1/meshes` lists all of them."),
     "too-slow": Kind(408, "The body did not arrive in time", "Send it again."),
@@ -64,6 +70,10 @@ KINDS: dict[str, Kind] = {
         503, "The layout could not be evaluated", "Try again; if it took too long, send fewer poses or coarser shapes."
     ),
     "not-writable": Kind(503, "The data directory cannot be written", "Tell the operator; the log has the details."),
+    "store-unavailable": Kind(
+        503, "Jobs cannot be stored at the moment", "Nothing was changed; try again after the seconds of Retry-After."
+    ),
+    "closing": Kind(503, "The service is being stopped", "Try again after the seconds of the header Retry-After."),
     "not-ready": Kind(503, "The service is not ready", "Try again after the seconds of the header Retry-After."),
 }
 """All kinds by code; codes of `models.errors` included."""

@@ -6,7 +6,8 @@ import json
 from datetime import datetime
 from typing import Any
 
-from service.jobs import Job
+from service.accept import Accepted
+from service.job import Job, JobStatus
 
 
 def layout_text(job: Job) -> str:
@@ -20,6 +21,17 @@ def layout_text(job: Job) -> str:
     fields["request"] = job.request
     fields["result"] = job.result or "null"
     return "{" + ",".join(f'"{name}":{text}' for name, text in fields.items()) + "}"
+
+
+def solved_here(accepted: Accepted, result: dict[str, Any], created: datetime) -> dict[str, Any]:
+    """The resource of a request that the command line has solved itself: no server has given it an id."""
+    return {
+        "name": accepted.name,
+        "status": JobStatus.SUCCEEDED.value,
+        "created_at": timestamp(created),
+        "request": json.loads(accepted.text),
+        "result": result,
+    }
 
 
 def summary(job: Job) -> dict[str, Any]:
@@ -42,6 +54,7 @@ def _head(job: Job) -> dict[str, Any]:
         "id": job.id,
         "name": job.name,
         "status": job.status.value,
+        "attempts": job.attempts,
         "created_at": timestamp(job.created_at),
         "started_at": timestamp(job.started_at),
         "finished_at": timestamp(job.finished_at),

@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, SecretStr, field_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 
@@ -92,19 +92,41 @@ class Logging(BaseSettings):
 class Settings(Limits, Access, Logging):
     """Everything that can be set from outside.
 
-    ``time_limit`` is soft: the optimizer returns the best point so far. A worker that has not answered
-    ``grace`` seconds after every soft limit has passed is killed.
+    ``time_limit`` is soft: the optimizer returns the best point so far. A solve that has not answered ``grace`` seconds
+    after every soft limit has passed is told to stop, and its worker is killed if it does not.
     """
 
     host: str = Field(default="127.0.0.1", description="address to listen on")
     port: int = Field(default=8000, ge=0, le=65535, description="port to listen on; 0 takes a free one")
     workers: int = Field(default_factory=usable_cores, ge=1, le=256, description="solves at the same time")
     data_dir: Path = Field(default=Path("data"), description="folder for what has to survive a restart")
+    database_url: SecretStr | None = Field(
+        default=None, description="PostgreSQL, postgresql://user:password@host/name; left out: SQLite in the data_dir"
+    )
     time_limit: float = Field(default=60.0, gt=0.0, description="s, soft limit of one solve without its certificate")
     evaluate_limit: float = Field(default=20.0, gt=0.0, description="s before an evaluation is given up")
     max_evaluations: int = Field(default=16, ge=1, description="evaluations at the same time, waiting ones included")
-    grace: float = Field(default=10.0, gt=0.0, description="s beyond the soft limits before a worker is killed")
+    grace: float = Field(default=10.0, gt=0.0, description="s beyond the soft limits before a solve is stopped")
+    max_attempts: int = Field(default=3, ge=1, le=100, description="times a job is tried whose worker or server dies")
+    drain: float = Field(default=5.0, ge=0.0, description="s that running solves are given when the service is stopped")
     max_queued: int = Field(default=64, ge=0, description="jobs that may wait for a worker")
     max_wait: float = Field(default=60.0, ge=0.0, description="s, cap of Prefer: wait")
+    max_follow: float = Field(default=600.0, gt=0.0, description="s after which a stream of events ends; it can resume")
     keep_jobs: int = Field(default=1000, ge=1, description="finished jobs that are remembered")
     self_test_every: float = Field(default=10.0, gt=0.0, le=25.0, description="s between self-tests")
+
+    @field_validator("database_url")
+    @classmethod
+    def _known_database(cls, value: SecretStr | None) -> SecretStr | None:
+        """Refuse what cannot be a database before anything is started."""
+        if value is not None and value.get_secret_value():
+            from service.store.engine import checked_url
+
+            return SecretStr(checked_url(value.get_secret_value()))
+        return None
+
+    def store_url(self) -> str:
+        """Of the database that keeps the jobs; holds the password."""
+        from service.store.engine import sqlite_url
+
+        return sqlite_url(self.data_dir) if self.database_url is None else self.database_url.get_secret_value()

@@ -7,14 +7,18 @@ from __future__ import annotations
 
 import json
 import logging
-import multiprocessing
 import os
+import queue
+import signal
+import socket
 import threading
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from models.errors import DuocellError
+from optimizer.watch import Cancelled, watching
+from service.frames import receive, send
 from service.self_test import SELF_TEST, check
 
 if TYPE_CHECKING:
@@ -24,6 +28,8 @@ log = logging.getLogger(__name__)
 
 SELF_TEST_LIMIT = 10.0
 """s, soft limit of a self-test."""
+STOPPED = "cancelled"
+"""Code of the answer of a run that was told to stop."""
 
 
 class Answer(NamedTuple):
@@ -44,10 +50,73 @@ class Answer(NamedTuple):
     detail: str = ""
 
 
-def initialize() -> None:
-    """See to it that this worker can solve before it takes anything up, and that it does not outlive the server."""
-    threading.Thread(target=_leave_with_parent, name="parent-watch", daemon=True).start()
-    self_test()
+class Run(NamedTuple):
+    """To a worker: call ``function(*arguments)``, which returns an `Answer`."""
+
+    number: int
+    function: Callable[..., Answer]
+    arguments: tuple[Any, ...]
+
+
+class Stop(NamedTuple):
+    """To a worker: the run of this number is to end."""
+
+    number: int
+
+
+class Told(NamedTuple):
+    """From a worker: an event of the run of this number, as JSON."""
+
+    number: int
+    kind: str
+    data: str
+
+
+class Done(NamedTuple):
+    """From a worker: the run of this number has ended. Number 0: the worker is warm."""
+
+    number: int
+    answer: Answer
+
+
+def main(channel: socket.socket) -> None:
+    """The life of a worker: warm up, then one run after the other until the server is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C in a terminal is meant for the server
+    runs: queue.SimpleQueue[Run] = queue.SimpleQueue()
+    stops: set[int] = set()
+    threading.Thread(target=_listen, args=(channel, runs, stops), name="listen", daemon=True).start()
+    try:
+        send(channel, Done(0, self_test()))
+        while True:
+            run = runs.get()
+            answer = _carry_out(run, channel, stops)
+            stops.clear()  # the server sends nothing for the next run before it has this answer
+            send(channel, Done(run.number, answer))
+    except BrokenPipeError:
+        os._exit(0)
+
+
+def _listen(channel: socket.socket, runs: queue.SimpleQueue[Run], stops: set[int]) -> None:
+    """Take messages while a run is on; leave with the server, even in the middle of a run."""
+    try:
+        with channel.makefile("rb") as stream:
+            while True:
+                message = receive(stream)
+                if isinstance(message, Stop):
+                    stops.add(message.number)
+                else:
+                    runs.put(message)
+    except (EOFError, OSError):
+        os._exit(0)
+
+
+def _carry_out(run: Run, channel: socket.socket, stops: set[int]) -> Answer:
+    """One run, followed and stopped through the channel."""
+    from service.reports import Reports
+
+    reports = Reports(lambda kind, data: send(channel, Told(run.number, kind, data)))
+    with watching(reports, lambda: run.number in stops):
+        return run.function(*run.arguments)
 
 
 def solve(text: str, request_hash: str, time_limit: float, data_dir: Path | None = None) -> Answer:
@@ -84,6 +153,8 @@ def _answer(work: Callable[[], dict[str, Any]]) -> Answer:
     try:
         result = work()
         return Answer(json.dumps(result, allow_nan=False), result["outcome"], result["objective"])
+    except Cancelled:
+        return Answer(None, code=STOPPED, detail="The solve was told to stop.")
     except DuocellError as error:
         return Answer(None, code=error.code, detail=error.detail)
     except MemoryError:
@@ -101,11 +172,3 @@ def self_test() -> Answer:
         return answer
     wrong = check(json.loads(answer.text))
     return Answer(None, code="self-test", detail=wrong) if wrong else answer
-
-
-def _leave_with_parent() -> None:
-    """A server that was killed cannot stop its workers: they stop themselves."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)

@@ -16,6 +16,7 @@ from optimizer.coupled.refine import nearby, price_of
 from optimizer.coupled.scene import Scene
 from optimizer.program import ArmPoint
 from optimizer.reduced import ReducedProblem
+from optimizer.watch import check_stop
 
 BEAM = 600
 """Combinations kept while one arm after the other is added."""
@@ -67,6 +68,7 @@ def combine(
     looked: list[Combination] = []
     ordered = _order(candidates, LOOKED_AT * effort)
     for at in range(0, len(ordered), BATCH):
+        check_stop()
         looked = _distinct(sorted([*looked, *_checked(scene, ordered[at : at + BATCH])], key=lambda c: c.score(price)))
         if sum(one.lack <= 0.0 for one in looked) >= ENOUGH or time.perf_counter() > deadline:
             break

@@ -21,6 +21,7 @@ from optimizer.general import screen_general
 from optimizer.program import ArmPoint
 from optimizer.reduced import ReducedProblem, conditioning_shortfall, evaluate
 from optimizer.verify import check
+from optimizer.watch import check_stop
 
 POINTS = {0: 1, 1: 100, 2: 1600, 3: 4000}
 """Base positions of the first round by number of free coordinates; each has eight postures."""
@@ -85,6 +86,7 @@ def pool_of(scene: Scene, index: int, problem: ReducedProblem | None, round_: in
     scores: list[float] = []
     rest = iter(found)
     while looked < LOOKED_AT * 2**round_ and time.perf_counter() < deadline:
+        check_stop()
         batch = list(islice((entry for entry in rest if len(crowd.members) < FRONT or crowd.admits(entry[1])), BATCH))
         if not batch or (len(scores) >= most and scores[most - 1] <= batch[0][0]):
             break  # the rest cannot score better

@@ -21,8 +21,10 @@ from optimizer.coupled.manifold import Unknowns, move
 from optimizer.coupled.quadratic import Quadratic, quadratic
 from optimizer.coupled.scene import LIMITS, Scene
 from optimizer.coupled.step import best_step
+from optimizer.events import Iterated
 from optimizer.measure import placed
 from optimizer.program import ArmPoint
+from optimizer.watch import check_stop, tell
 
 ROUNDS = 25
 """Programs that one refinement may solve for one set of cushions."""
@@ -156,6 +158,8 @@ def _descend(
     merit, lacks = _merit(here, price), [here.lack]
     model: Quadratic | None = None
     for round_ in range(ROUNDS):
+        check_stop()
+        tell(Iterated(round_, here.objective, max(here.lack, 0.0)))
         if radius < SMALLEST_RADIUS or time.perf_counter() > deadline or _stuck(lacks):
             return here, round_
         model = model or quadratic(scene.cell, here.points, here.along, unknowns)

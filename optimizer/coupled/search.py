@@ -14,10 +14,13 @@ from optimizer.coupled.obstructed import obstruction
 from optimizer.coupled.pool import Member, Pool, alone_scene, pool_of, with_optimum
 from optimizer.coupled.refine import Refined, nearby, price_of, refine
 from optimizer.coupled.scene import LIMITS, Scene
+from optimizer.events import Started
 from optimizer.layout import Reason
 from optimizer.program import ArmPoint
 from optimizer.search import ArmSearch
 from optimizer.settings import Settings
+from optimizer.solve import SolveStatus
+from optimizer.watch import tell
 
 ROUNDS = 3
 STARTS = 8
@@ -133,7 +136,11 @@ def _refine_all(
             continue
         report("refining", number / STARTS)
         search.starts += 1
-        _keep(search, refine(scene, start.points, deadline, search.found))
+        refined = refine(scene, start.points, deadline, search.found)
+        status = SolveStatus.OPTIMAL if refined.clean else SolveStatus.INFEASIBLE
+        objective = refined.objective if refined.clean else None
+        tell(Started("", search.starts, status.value, objective, refined.rounds))
+        _keep(search, refined)
 
 
 def _promising(search: CoupledSearch, start: Combination, price: float) -> bool:

@@ -39,8 +39,9 @@ async def get_health() -> Response:
     responses={200: {"model": Readiness, "description": "It can."}, 503: PROBLEM},
 )
 async def get_readiness(state: StateOf) -> Response:
-    """Looks at the store, at the workers, and at a self-test solve that must be at most 30 s old."""
-    checks = {"store": {"ok": await state.jobs.reachable()}, **state.monitor.report()}
+    """Whether the store was written a few seconds ago, workers live, and a self-test solve is at most 30 s old."""
+    problem = state.jobs.store_problem
+    checks = {"store": {"ok": not problem, "detail": problem}, **state.monitor.report()}
     failed = [name for name, check in checks.items() if not check["ok"]]
     if failed:
         why = "; ".join(f"{name}: {checks[name].get('detail') or 'fails'}" for name in failed)

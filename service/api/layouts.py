@@ -1,8 +1,9 @@
-"""/v1/layouts: ask for a layout, see what became of it."""
+"""/v1/layouts: ask for a layout, see what became of it, call it off, forget it."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
+from urllib.parse import urlencode
 
 from fastapi import APIRouter, Query, Request
 from fastapi.concurrency import run_in_threadpool
@@ -12,16 +13,25 @@ from service.accept import accept
 from service.api.state import StateOf
 from service.body import json_body
 from service.cursor import decode, encode
-from service.jobs import Job
+from service.idempotency import idempotency_key
+from service.job import Job, JobStatus, is_job_id
+from service.moments import moment_of
 from service.prefer import preferred_wait
 from service.problems import Problem
 from service.resources import etag, href, layout_text, summary
 from service.schemas.resources import Layout, LayoutPage, ProblemDocument
+from service.store.job_store import JobFilter
 
 router = APIRouter(prefix="/v1/layouts", tags=["layouts"])
 
 RETRY_AFTER = "1"
 PROBLEM = {"model": ProblemDocument}
+PRINTABLE = r"^[^\x00-\x1f\x7f]*$"
+
+
+def client_of(request: Request) -> str:
+    """Who asks, as far as clients are told apart; their jobs take turns, and their idempotency keys are their own."""
+    return str(request.scope.get("duocell.key") or "")
 
 
 @router.post(
@@ -32,24 +42,27 @@ PROBLEM = {"model": ProblemDocument}
     response_model=None,
     responses={
         200: {"model": Layout, "description": "Finished within the time of `Prefer: wait`."},
-        202: {"model": Layout, "description": "Taken in; ask for it at Location."},
-        **dict.fromkeys((400, 413, 415, 422, 429, 500), PROBLEM),
+        202: {"model": Layout, "description": "Stored; it will be solved, also across a restart. See Location."},
+        **dict.fromkeys((400, 409, 413, 415, 422, 429, 500, 503), PROBLEM),
     },
 )
 async def create_layout(request: Request, state: StateOf) -> Response:
     """Find the base placements that keep all joints nearest to their references along the task.
 
     With `Prefer: wait=N` the answer comes as soon as the layout is finished, at most N seconds later.
+    With an `Idempotency-Key` the request can be repeated until an answer arrives: it is carried out once.
     A task that cannot be done is an answer (`outcome: infeasible` with reasons), not an error.
     """
+    key = idempotency_key(request.headers.getlist("idempotency-key"))
     body = await json_body(request, state.settings.max_body)
     accepted = await run_in_threadpool(accept, body, state.settings, state.library)
-    job = await state.jobs.submit(accepted)
+    job = await state.jobs.submit(accepted, client_of(request), key)
     wait = preferred_wait(request.headers.getlist("prefer"), state.settings.max_wait)
     headers = {}
     if wait is not None:
         headers["Preference-Applied"] = f"wait={wait:g}"
-        job = await state.jobs.wait(job.id, wait) or job
+        if not job.status.finished:
+            job = await state.jobs.wait(job.id, wait) or job
     return _answer(job, 200 if job.status.finished else 202, headers | {"Location": href(job)})
 
 
@@ -61,15 +74,14 @@ async def create_layout(request: Request, state: StateOf) -> Response:
     responses={
         200: {"model": Layout, "description": "The layout in its present state."},
         304: {"description": "Unchanged since the ETag of If-None-Match."},
-        404: PROBLEM,
-        500: PROBLEM,
+        **dict.fromkeys((404, 500, 503), PROBLEM),
     },
 )
 async def get_layout(layout_id: str, request: Request, state: StateOf) -> Response:
     """The layout, whatever its state; poll until `status` is succeeded, failed or cancelled."""
-    job = await state.jobs.get(layout_id)
+    job = await state.jobs.get(layout_id) if is_job_id(layout_id) else None
     if job is None:
-        raise Problem("layout-not-found", f"There is no layout {layout_id[:80]!r}; old ones are forgotten. Ask again.")
+        raise not_found(layout_id)
     if etag(job) in [tag.strip() for tag in request.headers.get("if-none-match", "").split(",")]:
         return Response(status_code=304, headers={"ETag": etag(job)})
     return _answer(job, 200, {})
@@ -80,23 +92,88 @@ async def get_layout(layout_id: str, request: Request, state: StateOf) -> Respon
     operation_id="list_layouts",
     summary="List layouts",
     response_model=None,
-    responses={200: {"model": LayoutPage, "description": "A page."}, 422: PROBLEM, 500: PROBLEM},
+    responses={
+        200: {"model": LayoutPage, "description": "A page."},
+        **dict.fromkeys((422, 500, 503), PROBLEM),
+    },
 )
 async def list_layouts(
+    request: Request,
     state: StateOf,
     limit: Annotated[int, Query(ge=1, le=100, description="Items of a page.", examples=[20])] = 20,
     cursor: Annotated[
         str | None, Query(max_length=200, description="`next_cursor` of the page before; left out: the first page.")
     ] = None,
+    status: Annotated[
+        list[Literal["queued", "running", "succeeded", "failed", "cancelled"]] | None,
+        Query(max_length=5, description="Only layouts in this state; may be repeated."),
+    ] = None,
+    name: Annotated[
+        str | None, Query(max_length=200, pattern=PRINTABLE, description="Only layouts with exactly this label.")
+    ] = None,
+    created_after: Annotated[
+        str | None, Query(max_length=40, description="Only layouts created later than this (RFC 3339).")
+    ] = None,
+    created_before: Annotated[
+        str | None, Query(max_length=40, description="Only layouts created earlier than this (RFC 3339).")
+    ] = None,
 ) -> Response:
     """Layouts in short, the newest first."""
-    jobs = await state.jobs.newest(limit + 1, None if cursor is None else decode(cursor))
-    more = len(jobs) > limit
-    page = {
-        "items": [summary(job) for job in jobs[:limit]],
-        "next_cursor": encode(jobs[limit - 1].key) if more else None,
-    }
-    return JSONResponse(page)
+    chosen = JobFilter(
+        statuses=None if status is None else [JobStatus(one) for one in status],
+        name=name,
+        created_after=moment_of("created_after", created_after),
+        created_before=moment_of("created_before", created_before),
+    )
+    jobs = await state.jobs.page(limit + 1, None if cursor is None else decode(cursor), chosen)
+    following = encode(jobs[limit - 1].key) if len(jobs) > limit else None
+    headers = {}
+    if following is not None:
+        query = [(key, value) for key, value in request.query_params.multi_items() if key != "cursor"]
+        headers["Link"] = f'<{request.url.path}?{urlencode([*query, ("cursor", following)])}>; rel="next"'
+    return JSONResponse({"items": [summary(job) for job in jobs[:limit]], "next_cursor": following}, headers=headers)
+
+
+@router.post(
+    "/{layout_id}/cancel",
+    operation_id="cancel_layout",
+    summary="Call a layout off",
+    status_code=202,
+    response_model=None,
+    responses={
+        202: {"model": Layout, "description": "It is cancelled; its solve, if one was running, ends within a second."},
+        **dict.fromkeys((404, 409, 500, 503), PROBLEM),
+    },
+)
+async def cancel_layout(layout_id: str, state: StateOf) -> Response:
+    """End a queued or running layout for good. May be repeated."""
+    job = await state.jobs.cancel(layout_id) if is_job_id(layout_id) else None
+    if job is None:
+        raise not_found(layout_id)
+    return _answer(job, 202, {})
+
+
+@router.delete(
+    "/{layout_id}",
+    operation_id="delete_layout",
+    summary="Forget a layout",
+    status_code=204,
+    response_model=None,
+    responses={
+        204: {"description": "It is forgotten, with its events and its idempotency key."},
+        **dict.fromkeys((404, 409, 500, 503), PROBLEM),
+    },
+)
+async def delete_layout(layout_id: str, state: StateOf) -> Response:
+    """Forget a finished layout."""
+    if not is_job_id(layout_id) or not await state.jobs.delete(layout_id):
+        raise not_found(layout_id)
+    return Response(status_code=204)
+
+
+def not_found(layout_id: str) -> Problem:
+    """There is no such layout."""
+    return Problem("layout-not-found", f"There is no layout {layout_id[:80]!r}; old ones are forgotten. Ask again.")
 
 
 def _answer(job: Job, status: int, headers: dict[str, str]) -> Response:

@@ -19,8 +19,8 @@ class Failure(Answer):
     """Why a layout failed: a fault of the service, never of the request."""
 
     code: str = Field(
-        description="Stable name: time-limit, worker-died, solver-failure, out-of-memory, no-worker, internal, "
-        "cancelled.",
+        description="Stable name: time-limit, worker-died, interrupted, solver-failure, out-of-memory, no-worker, "
+        "internal.",
         examples=["worker-died"],
     )
     detail: str = Field(description="One sentence.", examples=["The worker was ended by signal SIGKILL."])
@@ -30,6 +30,7 @@ class _Head(Answer):
     id: str = Field(description="Identifier.", examples=[_ID])
     name: str = Field(description="Label of the request.", examples=["line"])
     status: Status = Field(description="Where it is.", examples=["succeeded"])
+    attempts: int = Field(description="How often a worker has taken it up.", examples=[1])
     created_at: str = Field(description="RFC 3339.", examples=[_TIME])
     started_at: str | None = Field(description="When a worker took it up.", examples=[_TIME])
     finished_at: str | None = Field(description="When it ended.", examples=[_TIME])

@@ -14,7 +14,7 @@ from fastapi.testclient import TestClient
 from optimizer.layout import Layout, Outcome, Placement, Search, Verification
 from service.app import create_app
 from service.documents import result_document
-from service.executor import SolveFailed
+from service.executor import Report, SolveFailed, Task
 from service.schemas.evaluate import EvaluateRequest
 from service.schemas.request import EXAMPLE, LayoutRequest
 from service.settings import Settings
@@ -61,24 +61,29 @@ class FakeExecutor:
         self.running = 0
         self.most_running = 0
         self.error: Exception | None = None
+        self.deaths: list[Exception] = []  # raised one by one before anything else happens
 
     def start(self) -> None:
         self.stopped = False
 
-    async def solve(self, text: str, request_hash: str, time_limit: float, kill_after: float) -> Answer:
-        return await self._answer(LayoutRequest.model_validate_json(text), request_hash, time_limit, kill_after)
+    async def solve(self, task: Task, report: Report) -> Answer:
+        report("stage", '{"what": "made up", "done": 0.0}')
+        request = LayoutRequest.model_validate_json(task.text)
+        return await self._answer(request, task.request_hash, task.time_limit, task.stop_after)
 
-    async def evaluate(self, text: str, request_hash: str, kill_after: float) -> Answer:
-        return await self._answer(EvaluateRequest.model_validate_json(text), request_hash, 0.0, kill_after)
+    async def evaluate(self, text: str, request_hash: str, stop_after: float) -> Answer:
+        return await self._answer(EvaluateRequest.model_validate_json(text), request_hash, 0.0, stop_after)
 
-    async def _answer(self, request: LayoutRequest, request_hash: str, time_limit: float, kill_after: float) -> Answer:
-        self.limits.append((time_limit, kill_after))
+    async def _answer(self, request: LayoutRequest, request_hash: str, time_limit: float, stop_after: float) -> Answer:
+        self.limits.append((time_limit, stop_after))
         self.running += 1
         self.most_running = max(self.most_running, self.running)
         try:
             await asyncio.sleep(self.seconds)
         finally:
             self.running -= 1
+        if self.deaths:
+            raise self.deaths.pop()
         if self.error is not None:
             raise self.error
         if self.failure is not None:
@@ -93,7 +98,7 @@ class FakeExecutor:
     def alive(self) -> int:
         return 1
 
-    def stop(self) -> None:
+    async def stop(self) -> None:
         self.stopped = True
 
 
@@ -115,10 +120,9 @@ def client_with(fake: FakeExecutor, tmp_path: Path) -> Iterator[Callable[..., Te
     """Makes clients of services with given settings on the fake executor; they keep their files in ``tmp_path``."""
     clients: list[TestClient] = []
 
-    def make(**settings: Any) -> TestClient:
-        client = TestClient(
-            create_app(Settings(**{"data_dir": tmp_path} | settings), fake), raise_server_exceptions=False
-        )
+    def make(**given: Any) -> TestClient:
+        settings = Settings(**{"data_dir": tmp_path, "drain": 0.0} | given)
+        client = TestClient(create_app(settings, fake), raise_server_exceptions=False)
         client.__enter__()
         clients.append(client)
         return client
@@ -137,6 +141,6 @@ def client(client_with: Callable[..., TestClient]) -> TestClient:
 @pytest.fixture(scope="session")
 def live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
     """A service with real workers."""
-    settings = Settings(workers=1, time_limit=30.0, data_dir=tmp_path_factory.mktemp("data"))
+    settings = Settings(workers=1, time_limit=30.0, data_dir=tmp_path_factory.mktemp("live"))
     with TestClient(create_app(settings), raise_server_exceptions=False) as client:
         yield client

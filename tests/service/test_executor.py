@@ -1,21 +1,23 @@
-"""Real workers: they solve, they die, others take over; and the whole way over HTTP."""
+"""Real workers: they solve, they stop when told to, they die, others take over; and the whole way over HTTP."""
 
 import asyncio
 import copy
 import json
-import multiprocessing
 import os
 import signal
 import time
+from pathlib import Path
 from typing import Any
 
 import pytest
 from fastapi.testclient import TestClient
 
 from service.accept import accept
-from service.executor import ProcessExecutor, SolveFailed
+from service.executor import SolveFailed, Task, WorkerDied
+from service.pool import GRACE, ProcessExecutor
 from service.schemas.request import EXAMPLE
 from service.settings import Settings
+from service.worker import Answer
 
 Document = dict[str, Any]
 
@@ -27,66 +29,177 @@ def body(count: int) -> bytes:
     return json.dumps(request).encode()
 
 
-LONG = accept(body(3000), Settings())
+def task(count: int, stop_after: float = 60.0) -> Task:
+    accepted = accept(body(count), Settings())
+    return Task(accepted.text, accepted.request_hash, 60.0, stop_after)
 
 
-def workers() -> set[int]:
-    """Process ids of all workers, those of the shared service included."""
-    return {process.pid for process in multiprocessing.active_children() if process.pid is not None}
+SHORT, LONG = task(3), task(3000)
 
 
-def test_workers_die_and_others_take_over() -> None:
+class Events(list[tuple[str, str]]):
+    """What a solve has told."""
+
+    def __call__(self, kind: str, data: str) -> None:
+        self.append((kind, data))
+
+    async def first(self) -> None:
+        """Return when the solve has begun."""
+        while not self:
+            await asyncio.sleep(0.01)
+
+
+def pids(executor: ProcessExecutor) -> set[int]:
+    return {worker.pid for worker in executor.workers if worker.pid is not None}
+
+
+def running(pid: int) -> bool:
+    """Whether a process is there and no zombie."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+async def settled(executor: ProcessExecutor, workers: int) -> None:
+    async with asyncio.timeout(30.0):
+        while executor.alive() < workers:
+            await asyncio.sleep(0.01)
+
+
+def test_workers_solve_stop_die_and_are_replaced() -> None:
     """One pool for the whole story: starting one takes a second."""
-    others = workers()
 
     async def story() -> None:
-        executor = ProcessExecutor(1)
+        executor = ProcessExecutor(2)
         executor.start()
         try:
             await executor.self_test()
-            assert len(workers() - others) == 2
-            await killed_in_the_middle(executor, others)
-            await executor.self_test()
+            await settled(executor, 3)
+            await tells_what_it_does(executor)
+            await stops_when_told_to(executor)
             await too_slow(executor)
-            await killed_while_idle(executor, others)
-            await executor.self_test()
-            assert len(workers() - others) == 2
+            await killed_in_the_middle(executor)
+            await killed_while_idle(executor)
         finally:
-            executor.stop()
-        assert workers() <= others
+            everybody = pids(executor)
+            await executor.stop()
+        assert everybody
+        assert not any(running(pid) for pid in everybody)
 
     asyncio.run(story())
 
 
-def kill(pids: set[int]) -> None:
-    for pid in pids:
-        os.kill(pid, signal.SIGKILL)
+async def tells_what_it_does(executor: ProcessExecutor) -> None:
+    events = Events()
+    answer = await executor.solve(SHORT, events)
+    assert answer.text is not None
+    assert json.loads(answer.text)["objective"] == answer.objective
+    kinds = [kind for kind, _ in events]
+    assert kinds[0] == "stage"
+    assert kinds.count("verification") == 1
+    assert {"screening", "start", "iteration"} <= set(kinds)
+    assert json.loads(events[-1][1])["limits_respected"] is True
 
 
-async def killed_in_the_middle(executor: ProcessExecutor, others: set[int]) -> None:
-    solving = asyncio.create_task(executor.solve(LONG.text, LONG.request_hash, 60.0, 60.0))
-    await asyncio.sleep(0.3)
-    kill(workers() - others)
-    with pytest.raises(SolveFailed) as caught:
-        await asyncio.wait_for(solving, 10.0)
-    assert caught.value.code == "worker-died"
-    assert "SIGKILL" in caught.value.detail
+async def stops_when_told_to(executor: ProcessExecutor) -> None:
+    """The worker is kept, and comes back at once."""
+    before, events = pids(executor), Events()
+    solving = asyncio.create_task(executor.solve(task(400), events))
+    await events.first()
+    began = time.monotonic()
+    solving.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await solving
+    assert time.monotonic() - began < GRACE + 0.3
+    told = len(events)
+    await executor.solve(SHORT, lambda kind, data: None)
+    assert len(events) == told  # nothing comes late
+    assert pids(executor) == before
+    assert executor.deaths == 0
 
 
 async def too_slow(executor: ProcessExecutor) -> None:
     began = time.monotonic()
     with pytest.raises(SolveFailed) as caught:
-        await executor.solve(LONG.text, LONG.request_hash, 60.0, 0.2)
+        await executor.solve(task(3000, 0.3), lambda kind, data: None)
     assert caught.value.code == "time-limit"
-    assert time.monotonic() - began < 10.0
+    assert time.monotonic() - began < 0.3 + GRACE + 0.5
 
 
-async def killed_while_idle(executor: ProcessExecutor, others: set[int]) -> None:
-    kill(workers() - others)
-    accepted = accept(body(3), Settings())
-    solving = executor.solve(accepted.text, accepted.request_hash, 30.0, 60.0)
-    answer = await asyncio.wait_for(solving, 30.0)
+async def killed_in_the_middle(executor: ProcessExecutor) -> None:
+    """The solve next to it does not notice."""
+    await settled(executor, 3)
+    deaths = executor.deaths
+    doomed, spared = Events(), Events()
+    first = asyncio.create_task(executor.solve(LONG, doomed))
+    await doomed.first()
+    victim = executor.busy()
+    second = asyncio.create_task(executor.solve(task(60), spared))
+    await spared.first()
+    (pid,) = {worker.pid for worker in victim}
+    assert pid is not None
+    os.kill(pid, signal.SIGKILL)
+    with pytest.raises(WorkerDied, match="SIGKILL"):
+        await asyncio.wait_for(first, 10.0)
+    assert (await second).outcome == "optimal"
+    await settled(executor, 3)
+    assert executor.deaths == deaths + 1
+
+
+async def killed_while_idle(executor: ProcessExecutor) -> None:
+    await settled(executor, 3)
+    for pid in pids(executor):
+        os.kill(pid, signal.SIGKILL)
+    await executor.self_test()
+    answer = await asyncio.wait_for(executor.solve(SHORT, lambda kind, data: None), 30.0)
     assert answer.outcome == "optimal"
+
+
+def deaf(text: str, request_hash: str, time_limit: float) -> Answer:
+    """A solve deep in foreign code: it never asks whether to go on."""
+    time.sleep(60.0)
+    return Answer("{}")
+
+
+def crashing(text: str, request_hash: str, time_limit: float) -> Answer:
+    os.kill(os.getpid(), signal.SIGSEGV)
+    return Answer("{}")
+
+
+def test_who_does_not_listen_is_killed_after_a_grace() -> None:
+    async def story() -> None:
+        executor = ProcessExecutor(1, solve=deaf)
+        try:
+            await executor.self_test()
+            solving = asyncio.create_task(executor.solve(SHORT, lambda kind, data: None))
+            await asyncio.sleep(0.1)
+            (victim,) = executor.busy()
+            began = time.monotonic()
+            solving.cancel()
+            with pytest.raises(asyncio.CancelledError):
+                await solving
+            assert GRACE - 0.1 < time.monotonic() - began < GRACE + 0.3
+            assert not running(victim.pid or 0)
+            await executor.self_test()
+        finally:
+            await executor.stop()
+
+    asyncio.run(story())
+
+
+def test_a_crash_is_told_by_its_signal() -> None:
+    async def story() -> None:
+        executor = ProcessExecutor(1, solve=crashing)
+        try:
+            for _ in range(2):
+                with pytest.raises(WorkerDied, match="SIGSEGV"):
+                    await executor.solve(SHORT, lambda kind, data: None)
+            await executor.self_test()
+        finally:
+            await executor.stop()
+
+    asyncio.run(story())
 
 
 def ready(client: TestClient) -> None:

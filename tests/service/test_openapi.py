@@ -36,12 +36,15 @@ def test_it_is_a_valid_document(published: Document) -> None:
 def test_every_operation_is_named_and_explained(published: Document) -> None:
     names = [operation["operationId"] for _, _, operation in operations(published)]
     assert sorted(names) == [
+        "cancel_layout",
         "create_layout",
         "create_mesh",
         "create_robot",
+        "delete_layout",
         "delete_mesh",
         "delete_robot",
         "evaluate_layout",
+        "follow_layout",
         "get_health",
         "get_layout",
         "get_mesh",
@@ -106,7 +109,7 @@ def test_headers_are_documented(published: Document) -> None:
     create = published["paths"]["/v1/layouts"]["post"]
     assert {"Location", "Retry-After", "ETag"} <= set(create["responses"]["202"]["headers"])
     assert "Retry-After" in create["responses"]["429"]["headers"]
-    assert [parameter["name"] for parameter in create["parameters"]] == ["Prefer"]
+    assert [parameter["name"] for parameter in create["parameters"]] == ["Prefer", "Idempotency-Key"]
     read = published["paths"]["/v1/layouts/{layout_id}"]["get"]
     assert {parameter["name"] for parameter in read["parameters"]} == {"layout_id", "If-None-Match"}
     assert "ETag" in read["responses"]["304"]["headers"]
@@ -138,6 +141,10 @@ def check(value: Any, schema: Document, published: Document, what: str) -> None:
         for error in Draft202012Validator(whole).iter_errors(value)
     ]
     assert errors == []
+
+
+def finished(client: TestClient, example: Document) -> str:
+    return client.post("/v1/layouts", json=example, headers={"Prefer": "wait=10"}).headers["location"]
 
 
 def schema_of(published: Document, operation_id: str, status: int, media_type: str) -> Document:
@@ -172,6 +179,10 @@ def bring_mesh(client: TestClient, file: str = "box.stl") -> Any:
         ("list_layouts", 200, lambda c, e: (c.post("/v1/layouts", json=e), c.get("/v1/layouts"))[1]),
         ("list_layouts", 422, lambda c, e: c.get("/v1/layouts?limit=0")),
         ("get_layout", 404, lambda c, e: c.get("/v1/layouts/none")),
+        ("cancel_layout", 409, lambda c, e: c.post(f"{finished(c, e)}/cancel")),
+        ("cancel_layout", 404, lambda c, e: c.post("/v1/layouts/none/cancel")),
+        ("delete_layout", 404, lambda c, e: c.delete("/v1/layouts/none")),
+        ("follow_layout", 404, lambda c, e: c.get("/v1/layouts/none/events")),
         ("list_robots", 200, lambda c, e: c.get("/v1/robots")),
         ("get_robot", 200, lambda c, e: c.get("/v1/robots/puma560")),
         ("get_robot", 404, lambda c, e: c.get("/v1/robots/none")),

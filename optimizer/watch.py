@@ -1,0 +1,76 @@
+"""Following a solve from outside, and stopping it, without an argument in every signature on the way.
+
+    with watching(report, stop):
+        optimize(cell)
+
+Inside the block everything that runs in this thread tells ``report`` what it does, and asks ``stop`` whether to go on;
+nothing is told and nobody is asked elsewhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+
+from optimizer.events import Event
+
+
+class Cancelled(Exception):
+    """The solve was told to stop, and has stopped: no error, but no answer either."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Watch:
+    report: Callable[[Event], None]
+    stop: Callable[[], bool]
+
+
+_watch: ContextVar[_Watch | None] = ContextVar("watch", default=None)
+
+
+@contextmanager
+def watching(report: Callable[[Event], None], stop: Callable[[], bool]) -> Iterator[None]:
+    """Follow what runs in the block.
+
+    Args:
+        report: told every event; it should return soon.
+        stop: asked many times a second, also from inside IPOPT; once True, the block ends with `Cancelled`.
+
+    Raises:
+        Cancelled: ``stop`` said so.
+    """
+    token = _watch.set(_Watch(report, stop))
+    try:
+        yield
+    finally:
+        _watch.reset(token)
+
+
+def watched() -> bool:
+    """Whether anybody wants to know: events that cost something to make need not be made otherwise."""
+    return _watch.get() is not None
+
+
+def tell(event: Event) -> None:
+    """Report an event to whoever watches."""
+    watch = _watch.get()
+    if watch is not None:
+        watch.report(event)
+
+
+def stopped() -> bool:
+    """Whether whoever watches wants an end."""
+    watch = _watch.get()
+    return watch is not None and watch.stop()
+
+
+def check_stop() -> None:
+    """Go on, or not; loops call it once per round.
+
+    Raises:
+        Cancelled: whoever watches wants an end.
+    """
+    if stopped():
+        raise Cancelled

@@ -1,0 +1,293 @@
+"""Jobs under way: who is next, who runs, what becomes of them."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from math import ceil
+from typing import Any, TypeVar
+
+from service import metrics
+from service.executor import Executor, SolveFailed, Task, WorkerDied
+from service.feed import Feed
+from service.job import Ending, Failure, Job, JobEvent, JobStatus
+from service.store.job_store import JobStore, StoreUnavailable
+from service.waiting import Waiting
+from service.worker import Answer
+
+log = logging.getLogger(__name__)
+
+T = TypeVar("T")
+
+FIRST_PAUSE, LONGEST_PAUSE = 0.1, 2.0
+"""s between attempts to store something while the store is not available."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """How jobs are carried out.
+
+    Attributes:
+        workers: at the same time. max_attempts: of a job.
+        time_limit: s, soft limit of a run without its certificate.
+        grace: s beyond all soft limits before a solve is told to stop.
+    """
+
+    workers: int
+    max_attempts: int
+    time_limit: float
+    grace: float
+
+
+@dataclass(eq=False, slots=True)
+class Active:
+    """A job that is not finished.
+
+    Attributes:
+        job: its last state; without the request as long as it waits.
+        feed: its events.
+        finished: done when it is; the whole job, or None if this process ends before.
+        solving: the solve under way.
+        called_off: the solve is to end because the job was cancelled or goes back into the queue.
+        seconds: that the last solve took.
+    """
+
+    job: Job
+    feed: Feed = field(default_factory=Feed)
+    finished: asyncio.Future[Job | None] = field(default_factory=lambda: asyncio.get_running_loop().create_future())
+    solving: asyncio.Task[Answer] | None = None
+    called_off: bool = False
+    seconds: float = 0.0
+
+    def call_off(self) -> None:
+        """Stop the solve."""
+        self.called_off = True
+        if self.solving is not None:
+            self.solving.cancel()
+
+    def give_up(self) -> None:
+        """Tell everybody that nothing more will come from here."""
+        self.feed.close()
+        if not self.finished.done():
+            self.finished.set_result(None)
+
+
+class Dispatcher:
+    """Takes jobs that are stored, has them solved in turn, and stores what comes out.
+
+    Lives in the event loop; the store is called in threads.
+    """
+
+    def __init__(self, store: JobStore, executor: Executor, rules: Rules) -> None:
+        self._store = store
+        self._executor = executor
+        self._rules = rules
+        self._waiting = Waiting()
+        self._free = rules.workers
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._draining = False
+        self._seconds: deque[float] = deque([1.0], maxlen=20)  # how long the last solves took
+        self.active: dict[str, Active] = {}
+        self.ended = 0
+        """Jobs that came to an end here."""
+
+    # ------------------------------------------------------------------------------------------------ coming and going
+
+    @property
+    def running(self) -> int:
+        """Jobs being solved."""
+        return len(self._tasks)
+
+    @property
+    def waiting(self) -> int:
+        """Jobs that wait for a worker."""
+        return len(self._waiting)
+
+    def retry_after(self) -> int:
+        """s after which there is probably room in the queue."""
+        mean = sum(self._seconds) / len(self._seconds)
+        return min(60, ceil(mean * max(1, self.waiting) / self._rules.workers))
+
+    def reserve(self) -> bool:
+        """Keep a worker for a job that is about to come, if one is free and nobody waits."""
+        if self._draining or self._waiting or self._free <= 0:
+            return False
+        self._free -= 1
+        return True
+
+    def release(self) -> None:
+        """A worker is free (again)."""
+        self._free += 1
+        self._pump()
+
+    def run(self, active: Active) -> None:
+        """Carry out a job that is stored as running, with the worker reserved for it."""
+        self.active[active.job.id] = active
+        self._start(active)
+
+    def queue(self, active: Active, *, first: bool = False) -> None:
+        """Carry out a job that is stored as queued, when its turn comes."""
+        self.active[active.job.id] = active
+        (self._waiting.add_first if first else self._waiting.add)(active.job.client, active.job.id)
+        self._pump()
+
+    def end(self, active: Active, job: Job, *events: JobEvent) -> None:
+        """A job is stored as finished: tell everybody."""
+        self.active.pop(job.id, None)
+        self._waiting.remove(job.client, job.id)
+        self.ended += 1
+        active.job = job
+        active.feed.tell(*events)
+        active.feed.close()
+        if not active.finished.done():
+            active.finished.set_result(job)
+
+    async def drain(self, seconds: float) -> None:
+        """Begin nothing more, let running solves finish within a time, put the others back into the queue."""
+        self._draining = True
+        if self._tasks:
+            await asyncio.wait(self._tasks, timeout=seconds)
+        for active in self.active.values():
+            active.call_off()
+        if self._tasks:
+            await asyncio.wait(self._tasks, timeout=FIRST_PAUSE + 2.0)
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+        for active in self.active.values():
+            active.give_up()
+
+    # ------------------------------------------------------------------------------------------------ the way of a job
+
+    def _pump(self) -> None:
+        while not self._draining and self._free > 0 and self._waiting:
+            self._free -= 1
+            self._start(self.active[self._waiting.next()])
+
+    def _start(self, active: Active) -> None:
+        active.called_off = active.called_off or self._draining
+        task = asyncio.create_task(self._carry_out(active), name=f"job {active.job.id}")
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _carry_out(self, active: Active) -> None:
+        """One attempt."""
+        try:
+            ending = await self._attempt(active)
+        finally:
+            self.release()
+        if ending is None:
+            kept = False
+        elif ending.status is JobStatus.QUEUED:
+            kept = await self._again(active, ending)
+        else:
+            kept = await self._finish(active, ending)
+        if not kept:
+            self._forget(active)
+
+    async def _attempt(self, active: Active) -> Ending | None:
+        """Solve; how it ended, "queued" for another attempt, or None if somebody else has ended the job."""
+        if active.job.status is JobStatus.QUEUED:
+            event = active.feed.state(
+                active.job.revision + 1, "status", status="running", attempt=active.job.attempts + 1
+            )
+            claimed = await self._stored(self._store.claim, active.job.id, [event])
+            if claimed is None:
+                return None
+            active.job = claimed
+            active.feed.saved(event.number)
+            active.feed.tell(event)
+        try:
+            return await self._solve(active)
+        except WorkerDied as error:
+            last = active.job.attempts >= self._rules.max_attempts
+            detail = f"{error.detail} It was attempt {active.job.attempts} of {self._rules.max_attempts}."
+            return Ending(JobStatus.FAILED if last else JobStatus.QUEUED, failure=Failure(error.code, detail))
+        except SolveFailed as error:
+            return Ending(JobStatus.FAILED, failure=Failure(error.code, error.detail))
+        except asyncio.CancelledError:
+            if not active.called_off:
+                raise
+            # Cancelled jobs are final in the store already; others go back into the queue.
+            return Ending(JobStatus.QUEUED) if active.job.id in self.active else None
+        except Exception:  # whatever happens, a job comes to an end
+            log.exception("job %s", active.job.id)
+            return Ending(JobStatus.FAILED, failure=Failure("internal", "Unexpected error; see the log of the server."))
+
+    async def _solve(self, active: Active) -> Ending:
+        job, rules = active.job, self._rules
+        limit = rules.time_limit + job.certificate_time
+        task = Task(job.request, job.request_hash, limit, limit * job.runs + rules.grace)  # every run has its own limit
+
+        def note(kind: str, data: str) -> None:
+            metrics.reported(kind, data)
+            active.feed.note(kind, data)
+
+        active.solving = asyncio.create_task(self._executor.solve(task, note))
+        if active.called_off:
+            active.solving.cancel()
+        began = time.monotonic()
+        try:
+            answer = await active.solving
+        finally:
+            active.solving = None
+            active.seconds = time.monotonic() - began
+        self._seconds.append(active.seconds)
+        return Ending(JobStatus.SUCCEEDED, answer.text, answer.outcome, answer.objective)
+
+    async def _again(self, active: Active, why: Ending) -> bool:
+        """Back into the queue: before all others if its worker died, for another process if this one ends.
+
+        False if the job is none of ours any more.
+        """
+        job, died = active.job, why.failure
+        reason = "The service was stopped." if died is None else died.detail
+        event = active.feed.state(job.revision + 1, "status", status="queued", detail=reason)
+        events = [*active.feed.unsaved(), event]
+        back = await self._stored(self._store.put_back, job.id, job.attempts, events, counted=died is not None)
+        if back is not None:
+            active.job, active.called_off = back, False
+            active.feed.saved(event.number)
+            active.feed.tell(event)
+            if not self._draining:
+                self.queue(active, first=True)
+        return back is not None
+
+    async def _finish(self, active: Active, ending: Ending) -> bool:
+        """Store a final state. False if the job is none of ours any more."""
+        job, failure = active.job, ending.failure
+        event = active.feed.state(
+            job.revision + 1,
+            "done",
+            status=ending.status.value,
+            outcome=ending.outcome,
+            objective=ending.objective,
+            error=None if failure is None else {"code": failure.code, "detail": failure.detail},
+        )
+        metrics.job_finished(ending.outcome or (failure.code if failure else str(ending.status)), active.seconds)
+        events = [*active.feed.unsaved(), event]
+        head = await self._stored(self._store.finish, job.id, job.attempts, ending, events)
+        if head is not None:
+            self.end(active, replace(head, request=job.request, result=ending.result), event)
+        return head is not None
+
+    def _forget(self, active: Active) -> None:
+        """Somebody else has ended the job or taken it over; who waits for it must look into the store."""
+        if self.active.pop(active.job.id, None) is not None:
+            log.warning("job %s was changed by somebody else", active.job.id)
+        active.give_up()
+
+    async def _stored(self, function: Callable[..., T], *arguments: Any, **named: Any) -> T:
+        """Change something in the store, again and again while it is not available."""
+        pause = FIRST_PAUSE
+        while True:
+            try:
+                return await asyncio.to_thread(function, *arguments, **named)
+            except StoreUnavailable as error:
+                log.warning("%s: trying again in %.1f s", error.detail, pause)
+                await asyncio.sleep(pause)
+                pause = min(2.0 * pause, LONGEST_PAUSE)

@@ -1,0 +1,113 @@
+"""A job: a request on its way to a result."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from datetime import datetime
+from enum import StrEnum
+
+_ID = re.compile(r"[0-9a-f]{32}")
+
+
+class JobStatus(StrEnum):
+    """Where a job is."""
+
+    QUEUED = "queued"
+    RUNNING = "running"
+    SUCCEEDED = "succeeded"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+
+    @property
+    def finished(self) -> bool:
+        """True if it will not change any more."""
+        return self not in (JobStatus.QUEUED, JobStatus.RUNNING)
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """Why a job failed: a stable code and a sentence."""
+
+    code: str
+    detail: str
+
+
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """How an attempt ended.
+
+    Attributes:
+        status: a final one.
+        result: JSON of the result if it succeeded. outcome, objective: of the result.
+        failure: why there is none.
+    """
+
+    status: JobStatus
+    result: str | None = None
+    outcome: str | None = None
+    objective: float | None = None
+    failure: Failure | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One state of a job; a change makes another object with a higher ``revision``.
+
+    Attributes:
+        id: 32 hexadecimal digits.
+        name: label of the request.
+        client: who sent it, "" if clients are not told apart.
+        status: where it is.
+        request: JSON of the accepted request; "" where only the head of a job was asked for.
+        request_hash: of that request.
+        certificate_time: s that it asks for a proof. runs: searches that it asks for.
+        revision: number of this state, from 1.
+        attempts: how often it was taken up by a worker.
+        result: JSON of the result once it succeeded; None also where only the head was asked for.
+        outcome, objective: of the result.
+        failure: why it failed.
+    """
+
+    id: str
+    name: str
+    client: str
+    status: JobStatus
+    created_at: datetime
+    request: str
+    request_hash: str
+    certificate_time: float = 0.0
+    runs: int = 1
+    revision: int = 1
+    attempts: int = 0
+    started_at: datetime | None = None
+    finished_at: datetime | None = None
+    result: str | None = None
+    outcome: str | None = None
+    objective: float | None = None
+    failure: Failure | None = None
+
+    @property
+    def key(self) -> tuple[datetime, str]:
+        """Place in the list; unique."""
+        return self.created_at, self.id
+
+
+def is_job_id(text: str) -> bool:
+    """Whether a text can be the identifier of a job."""
+    return _ID.fullmatch(text) is not None
+
+
+@dataclass(frozen=True, slots=True)
+class JobEvent:
+    """Something that happened to a job.
+
+    Attributes:
+        number: rises from event to event of a job; gaps mean nothing.
+        kind: stable name.
+        data: JSON object.
+    """
+
+    number: int
+    kind: str
+    data: str

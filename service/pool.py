@@ -1,0 +1,210 @@
+"""Warm worker processes of our own: the executor that is used unless another one is given."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import os
+from collections.abc import Callable
+from multiprocessing import forkserver
+from pathlib import Path
+from typing import Any
+
+from service import metrics, worker
+from service.executor import Report, SolveFailed, Task, WorkerDied
+from service.worker import Answer
+from service.worker_process import WorkerProcess, context
+
+log = logging.getLogger(__name__)
+
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""Threads gain nothing in IPOPT with MUMPS and would fight over the cores; processes do the parallel work."""
+GRACE = 0.7
+"""s between telling a solve to stop and killing its process."""
+WARM_WITHIN = 60.0
+"""s for a worker to start; also how long a solve waits for one."""
+FIRST_PAUSE, LONGEST_PAUSE = 0.05, 5.0
+"""s between attempts to start a worker while they fail."""
+
+
+class ProcessExecutor:
+    """Processes that are warmed up and kept.
+
+    There is one process more than solves at the same time: it takes the self-tests and the evaluations, and stands in
+    at once for a worker that died until another one is there. Keeping the number of solves down is the caller's part.
+    ``data_dir`` is where they find the robots and meshes that users brought.
+
+    Attributes:
+        workers: processes, warm or not yet.
+        deaths: workers that ended in the middle of something, or while they waited; those killed by `GRACE` as well.
+    """
+
+    def __init__(
+        self, workers: int, data_dir: Path | None = None, *, solve: Callable[..., Answer] = worker.solve
+    ) -> None:
+        self._data_dir = None if data_dir is None else data_dir.absolute()
+        self._size = workers + 1
+        self._solve = solve
+        self._idle: list[WorkerProcess] = []  # the one used last is used next: its caches fit best
+        self._returned = asyncio.Condition()
+        self.workers: set[WorkerProcess] = set()
+        self._warm: set[WorkerProcess] = set()
+        self._places: list[asyncio.Task[None]] = []
+        self.deaths = 0
+
+    def start(self) -> None:
+        """See `Executor`."""
+        if self._places:
+            return
+        limit_threads()
+        context()
+        forkserver.ensure_running()
+        with contextlib.suppress(RuntimeError):  # no event loop yet: the engines are loaded meanwhile
+            loop = asyncio.get_running_loop()
+            self._places = [loop.create_task(self._keep()) for _ in range(self._size)]
+
+    async def solve(self, task: Task, report: Report) -> Answer:
+        """See `Executor`."""
+        arguments = task.text, task.request_hash, task.time_limit, self._data_dir
+        return await self._run(self._solve, arguments, task.stop_after, report)
+
+    async def evaluate(self, text: str, request_hash: str, stop_after: float) -> Answer:
+        """See `Executor`."""
+        arguments = text, request_hash, self._data_dir
+        return await self._run(worker.evaluate, arguments, stop_after, lambda kind, data: None)
+
+    async def self_test(self) -> None:
+        """See `Executor`."""
+        for _ in range(self._size + 1):
+            with contextlib.suppress(WorkerDied):  # perhaps long ago, with nobody noticing
+                await self._run(worker.self_test, (), worker.SELF_TEST_LIMIT * 2.0, lambda kind, data: None)
+                return
+        raise SolveFailed("worker-died", "One worker after the other ended in the self-test.")
+
+    def alive(self) -> int:
+        """See `Executor`."""
+        return len(self._warm)
+
+    def busy(self) -> set[WorkerProcess]:
+        """Workers that do something."""
+        return self._warm - set(self._idle)
+
+    async def stop(self) -> None:
+        """See `Executor`."""
+        for place in self._places:
+            place.cancel()
+        await asyncio.gather(*self._places, return_exceptions=True)
+        self._places.clear()
+        for one in self.workers:
+            one.kill()
+        await asyncio.gather(*(one.ended for one in self.workers))
+        for collection in (self.workers, self._warm):
+            collection.clear()
+        self._idle.clear()
+
+    # ----------------------------------------------------------------------------------------------------- the workers
+
+    async def _keep(self) -> None:
+        """See to it that one place of the pool has a worker, for ever."""
+        pause = FIRST_PAUSE
+        while True:
+            try:
+                one = await self._started()
+            except (OSError, SolveFailed, TimeoutError) as error:
+                self.workers = {one for one in self.workers if one.alive}
+                log.error("a worker did not start: %r", error)
+                await asyncio.sleep(pause)
+                pause = min(2.0 * pause, LONGEST_PAUSE)
+                continue
+            pause = FIRST_PAUSE
+            await self._put_back(one)
+            exit_code = await asyncio.shield(one.ended)
+            self.deaths += 1
+            metrics.worker_died(exit_code)
+            self._warm.discard(one)
+            self.workers.discard(one)
+            log.warning("worker %s ended with code %s; another one takes its place", one.pid, exit_code)
+
+    async def _started(self) -> WorkerProcess:
+        """A warm worker."""
+        one = await WorkerProcess.start()
+        self.workers.add(one)
+        try:
+            answer = await asyncio.wait_for(one.warm(), WARM_WITHIN)
+            if answer.text is None:
+                raise SolveFailed(answer.code, answer.detail)
+        except BaseException:
+            one.kill()
+            raise
+        self._warm.add(one)
+        return one
+
+    async def _take(self) -> WorkerProcess:
+        """A warm worker that does nothing at the moment."""
+        self.start()
+        try:
+            async with asyncio.timeout(WARM_WITHIN), self._returned:
+                while True:
+                    await self._returned.wait_for(lambda: bool(self._idle))
+                    one = self._idle.pop()
+                    if one.alive:
+                        return one
+        except TimeoutError as error:
+            raise SolveFailed("no-worker", "No worker could be started. See the log of the server.") from error
+
+    async def _put_back(self, one: WorkerProcess) -> None:
+        """A worker can be used (again), if it lives."""
+        if one.alive:
+            async with self._returned:
+                self._idle.append(one)
+                self._returned.notify()
+
+    # -------------------------------------------------------------------------------------------------------- the runs
+
+    async def _run(
+        self, function: Callable[..., Answer], arguments: tuple[Any, ...], stop_after: float, report: Report
+    ) -> Answer:
+        """Call a function of `service.worker` in a worker."""
+        one = await self._take()
+        cancelled = asyncio.Event()
+        # A task of its own, so that nothing can come between a solve that is stopped and its worker's return.
+        run = asyncio.create_task(self._see_through(one, one.begin(function, arguments, report), cancelled, stop_after))
+        try:
+            return await asyncio.shield(run)
+        except asyncio.CancelledError:
+            cancelled.set()
+            with contextlib.suppress(SolveFailed):
+                await asyncio.shield(run)
+            raise
+
+    async def _see_through(
+        self, one: WorkerProcess, reply: asyncio.Future[Answer], cancelled: asyncio.Event, stop_after: float
+    ) -> Answer:
+        """Wait for the answer of a run; ask it to stop, and kill its worker, where that takes too long."""
+        called_off = asyncio.create_task(cancelled.wait())
+        try:
+            either: list[asyncio.Future[Any]] = [reply, called_off]
+            await asyncio.wait(either, timeout=stop_after, return_when=asyncio.FIRST_COMPLETED)
+            too_late = f"No answer within {stop_after:g} s; the solve was stopped."
+            if not reply.done():
+                one.ask_to_stop()
+                await asyncio.wait({reply}, timeout=GRACE)
+                if not reply.done():
+                    one.kill()
+                    await one.ended
+                    raise SolveFailed("time-limit", too_late)
+            answer = reply.result()
+        finally:
+            called_off.cancel()
+            await self._put_back(one)
+        if answer.text is None:
+            stopped = answer.code == worker.STOPPED
+            raise SolveFailed("time-limit", too_late) if stopped else SolveFailed(answer.code, answer.detail)
+        return answer
+
+
+def limit_threads() -> None:
+    """One thread per engine, in processes that load them from now on: this one and those it spawns."""
+    for name in ONE_THREAD:
+        os.environ.setdefault(name, "1")

@@ -1,0 +1,15 @@
+"""Run by Alembic, on the connection it is handed (`service.store.migrate`)."""
+
+from __future__ import annotations
+
+from alembic import context
+
+from service.store.tables import Base
+
+context.configure(
+    connection=context.config.attributes["connection"],
+    target_metadata=Base.metadata,
+    render_as_batch=True,  # SQLite changes a column by making the table anew
+    compare_type=True,
+)
+context.run_migrations()

@@ -1,0 +1,56 @@
+"""Stores of both kinds, empty."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from sqlalchemy import text
+
+from service.store.engine import make_engine, sqlite_url
+from service.store.migrate import upgrade
+from service.store.sql import SqlJobStore
+from tests.support import postgres
+
+
+@pytest.fixture(scope="session")
+def postgres_url() -> Iterator[str]:
+    """A database with tables."""
+    with postgres.serving() as url:
+        engine = make_engine(url)
+        upgrade(engine)
+        engine.dispose()
+        yield url
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
+    """Of an empty database of either kind."""
+    if request.param == "sqlite":
+        return sqlite_url(tmp_path)
+    found: str = request.getfixturevalue("postgres_url")
+    engine = make_engine(found)
+    with engine.begin() as connection:
+        connection.execute(text("TRUNCATE jobs, events, pulse"))
+    engine.dispose()
+    return found
+
+
+@pytest.fixture
+def open_store(url: str) -> Iterator[Callable[[], SqlJobStore]]:
+    """Opens the store, as often as one likes."""
+    stores: list[SqlJobStore] = []
+
+    def make() -> SqlJobStore:
+        stores.append(SqlJobStore(url))
+        stores[-1].open()
+        return stores[-1]
+
+    yield make
+    for store in stores:
+        store.close()
+
+
+@pytest.fixture
+def store(open_store: Callable[[], SqlJobStore]) -> SqlJobStore:
+    """An open store."""
+    return open_store()

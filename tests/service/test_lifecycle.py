@@ -1,0 +1,392 @@
+"""Cancelling, deleting, repeating, following, and what a restart leaves: over HTTP, on a fake executor."""
+
+import json
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fastapi.testclient import TestClient
+
+from service.executor import WorkerDied
+
+Document = dict[str, Any]
+Make = Callable[..., TestClient]
+WAIT = {"Prefer": "wait=10"}
+
+
+def state_of(client: TestClient, location: str) -> str:
+    return str(client.get(location).json()["status"])
+
+
+def until(condition: Callable[[], bool], seconds: float = 5.0) -> None:
+    ends = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < ends, "it did not happen"
+        time.sleep(0.01)
+
+
+def events_of(text: str) -> list[tuple[int, str, Document]]:
+    """(id, event, data) of a stream."""
+    found = []
+    for block in text.split("\n\n"):
+        fields = dict(line.split(": ", 1) for line in block.splitlines() if not line.startswith(":"))
+        if "event" in fields:
+            found.append((int(fields["id"]), fields["event"], json.loads(fields["data"])))
+    return found
+
+
+# ------------------------------------------------------------------------------------------------------------- cancel
+
+
+def test_a_running_layout_is_cancelled_at_once_and_its_worker_is_free(
+    client_with: Make, fake: Any, example: Document
+) -> None:
+    fake.seconds = 60.0
+    client = client_with(workers=1)
+    location = client.post("/v1/layouts", json=example).headers["location"]
+    answer = client.post(f"{location}/cancel")
+    assert answer.status_code == 202
+    assert answer.json()["status"] == "cancelled"
+    assert answer.json()["finished_at"] is not None
+    assert answer.json()["error"] is None
+    until(lambda: fake.running == 0)
+    fake.seconds = 0.0
+    assert client.post("/v1/layouts", json=example, headers=WAIT).json()["status"] == "succeeded"
+    assert state_of(client, location) == "cancelled"
+
+
+def test_a_waiting_layout_is_cancelled_and_never_runs(client_with: Make, fake: Any, example: Document) -> None:
+    fake.seconds = 0.3
+    client = client_with(workers=1)
+    first, second, third = (client.post("/v1/layouts", json=example).headers["location"] for _ in range(3))
+    assert client.post(f"{second}/cancel").json()["status"] == "cancelled"
+    until(lambda: state_of(client, third) == "succeeded")
+    assert state_of(client, first) == "succeeded"
+    assert len(fake.limits) == 2
+
+
+def test_cancelling_twice_is_cancelling_once(client: TestClient, fake: Any, example: Document) -> None:
+    fake.seconds = 60.0
+    location = client.post("/v1/layouts", json=example).headers["location"]
+    first, second = (client.post(f"{location}/cancel") for _ in range(2))
+    assert (first.status_code, second.status_code) == (202, 202)
+    assert first.json() == second.json()
+    assert first.headers["etag"] == second.headers["etag"]
+
+
+def test_what_has_ended_is_not_cancelled(client: TestClient, example: Document) -> None:
+    location = client.post("/v1/layouts", json=example, headers=WAIT).headers["location"]
+    answer = client.post(f"{location}/cancel")
+    assert answer.status_code == 409
+    assert answer.json()["code"] == "layout-finished"
+    assert "succeeded" in answer.json()["detail"]
+    assert state_of(client, location) == "succeeded"
+
+
+def test_whoever_waits_for_a_cancelled_layout_is_told(client: TestClient, fake: Any, example: Document) -> None:
+    fake.seconds = 60.0
+    answers: list[Any] = []
+    thread = threading.Thread(
+        target=lambda: answers.append(client.post("/v1/layouts", json=example, headers={"Prefer": "wait=30"}))
+    )
+    thread.start()
+    until(lambda: fake.running == 1)
+    (item,) = client.get("/v1/layouts").json()["items"]
+    client.post(f"{item['href']}/cancel")
+    thread.join(5.0)
+    assert not thread.is_alive()
+    assert answers[0].status_code == 200
+    assert answers[0].json()["status"] == "cancelled"
+    assert answers[0].json()["request"]["name"] == example["name"]
+
+
+@pytest.mark.parametrize("path", ["/cancel", "/events", ""])
+@pytest.mark.parametrize("name", ["none", "0" * 32, "%00", "0" * 31 + "G"])
+def test_what_is_not_there_cannot_be_changed_or_followed(client: TestClient, name: str, path: str) -> None:
+    method = {"/cancel": "POST", "/events": "GET", "": "DELETE"}[path]
+    answer = client.request(method, f"/v1/layouts/{name}{path}")
+    assert answer.status_code == 404
+    assert answer.json()["code"] == "layout-not-found"
+
+
+# ------------------------------------------------------------------------------------------------------------- delete
+
+
+def test_a_finished_layout_can_be_forgotten(client: TestClient, example: Document) -> None:
+    location = client.post("/v1/layouts", json=example, headers=WAIT | {"Idempotency-Key": "k"}).headers["location"]
+    answer = client.delete(location)
+    assert answer.status_code == 204
+    assert answer.content == b""
+    assert client.get(location).status_code == 404
+    assert client.get(f"{location}/events").status_code == 404
+    assert client.delete(location).status_code == 404
+    again = client.post("/v1/layouts", json=example, headers=WAIT | {"Idempotency-Key": "k"})
+    assert again.headers["location"] != location
+
+
+def test_a_layout_under_way_is_not_forgotten(client: TestClient, fake: Any, example: Document) -> None:
+    fake.seconds = 60.0
+    location = client.post("/v1/layouts", json=example).headers["location"]
+    answer = client.delete(location)
+    assert answer.status_code == 409
+    assert answer.json()["code"] == "layout-active"
+    client.post(f"{location}/cancel")
+    assert client.delete(location).status_code == 204
+
+
+# -------------------------------------------------------------------------------------------------------- idempotency
+
+
+def test_a_repeated_request_is_carried_out_once(client: TestClient, fake: Any, example: Document) -> None:
+    headers = {"Idempotency-Key": '"8e03978e-40d5-43dd-bc93-6894a57f9324"'}
+    first = client.post("/v1/layouts", json=example, headers=headers)
+    assert first.status_code == 202
+    second = client.post("/v1/layouts", json=example, headers=headers | WAIT)
+    assert second.status_code == 200
+    assert second.json()["id"] == first.json()["id"]
+    bare = client.post("/v1/layouts", json=example, headers={"Idempotency-Key": "8e03978e-40d5-43dd-bc93-6894a57f9324"})
+    assert bare.status_code == 200
+    assert bare.json() == second.json()
+    assert len(fake.limits) == 1
+
+
+def test_a_key_with_another_body_is_refused(client: TestClient, fake: Any, example: Document) -> None:
+    client.post("/v1/layouts", json=example, headers={"Idempotency-Key": "k"})
+    answer = client.post("/v1/layouts", json=example | {"name": "other"}, headers={"Idempotency-Key": "k"})
+    assert answer.status_code == 422
+    assert answer.json()["code"] == "idempotency-key-reused"
+    assert len(client.get("/v1/layouts").json()["items"]) == 1
+
+
+def test_a_bad_request_does_not_use_up_its_key(client: TestClient, example: Document) -> None:
+    bad = client.post("/v1/layouts", json=example | {"arms": []}, headers={"Idempotency-Key": "k"})
+    assert bad.status_code == 422
+    assert client.post("/v1/layouts", json=example, headers={"Idempotency-Key": "k"}).status_code == 202
+
+
+def test_a_key_that_is_being_taken_in_is_busy(client: TestClient, example: Document, monkeypatch: Any) -> None:
+    from service.store.sql import SqlJobStore
+
+    add, inside, leave = SqlJobStore.add, threading.Event(), threading.Event()
+
+    def slow(self: Any, *arguments: Any) -> None:
+        inside.set()
+        leave.wait(10.0)
+        add(self, *arguments)
+
+    monkeypatch.setattr(SqlJobStore, "add", slow)
+    answers: list[Any] = []
+    headers = {"Idempotency-Key": "k"}
+    thread = threading.Thread(target=lambda: answers.append(client.post("/v1/layouts", json=example, headers=headers)))
+    thread.start()
+    assert inside.wait(5.0)
+    busy = client.post("/v1/layouts", json=example, headers=headers)
+    leave.set()
+    thread.join(5.0)
+    assert busy.status_code == 409
+    assert busy.json()["code"] == "idempotency-key-busy"
+    assert busy.headers["retry-after"] == "1"
+    assert answers[0].status_code == 202
+    again = client.post("/v1/layouts", json=example, headers=headers)
+    assert again.json()["id"] == answers[0].json()["id"]
+
+
+@pytest.mark.parametrize("keys", [[""], ['""'], ["a" * 256], ["a", "b"], ["\x7f"]])
+def test_keys_that_cannot_be_used_are_refused(client: TestClient, example: Document, keys: list[str]) -> None:
+    answer = client.post("/v1/layouts", json=example, headers=[("Idempotency-Key", key) for key in keys])
+    assert answer.status_code == 400
+    assert "Idempotency-Key" in answer.json()["detail"]
+
+
+# --------------------------------------------------------------------------------------------------------------- list
+
+
+def test_lists_can_be_narrowed_and_lead_on(client: TestClient, fake: Any, example: Document) -> None:
+    for number in range(4):
+        client.post("/v1/layouts", json=example | {"name": f"n{number % 2} & more"}, headers=WAIT)
+    fake.seconds = 60.0
+    client.post("/v1/layouts", json=example)
+
+    def names(query: str) -> list[str]:
+        return [item["name"] for item in client.get(f"/v1/layouts?{query}").json()["items"]]
+
+    assert names("status=running") == [example["name"]]
+    assert len(names("status=running&status=succeeded")) == 5
+    assert names("name=n1%20%26%20more") == ["n1 & more"] * 2
+    items = client.get("/v1/layouts").json()["items"]
+    assert names(f"created_after={items[2]['created_at']}") == [items[0]["name"], items[1]["name"]]
+    assert len(names(f"created_before={items[2]['created_at']}")) == 2
+    page = client.get("/v1/layouts?status=succeeded&name=n0%20%26%20more&limit=1")
+    link = page.headers["link"]
+    assert link.endswith('; rel="next"')
+    following = client.get(link[1 : link.index(">")])
+    assert [item["name"] for item in following.json()["items"]] == ["n0 & more"]
+    assert following.json()["items"][0]["id"] != page.json()["items"][0]["id"]
+    assert "link" not in following.headers
+    assert client.get("/v1/layouts?created_before=0001-01-01T00:00:00%2B23:59").json()["items"] == []
+    assert len(client.get("/v1/layouts?created_before=9999-12-31T23:59:59-23:59").json()["items"]) == 5
+
+
+@pytest.mark.parametrize(
+    "query", ["status=lost", "name=%00", "created_after=yesterday", "created_before=2026-11-22T09:30:00", "cursor=%00"]
+)
+def test_lists_that_make_no_sense_are_refused(client: TestClient, query: str) -> None:
+    answer = client.get(f"/v1/layouts?{query}")
+    assert answer.status_code == 422
+    assert answer.json()["errors"][0]["detail"]
+
+
+# ------------------------------------------------------------------------------------------------------------- follow
+
+
+def test_a_layout_can_be_followed_to_its_end(client: TestClient, fake: Any, example: Document) -> None:
+    fake.seconds = 0.3
+    location = client.post("/v1/layouts", json=example).headers["location"]
+    answer = client.get(f"{location}/events")
+    assert answer.status_code == 200
+    assert answer.headers["content-type"].startswith("text/event-stream")
+    assert answer.headers["cache-control"] == "no-store"
+    events = events_of(answer.text)
+    assert [kind for _, kind, _ in events] == ["status", "status", "stage", "done"]
+    assert [data.get("status") for _, _, data in events] == ["queued", "running", None, "succeeded"]
+    assert events[-1][2]["objective"] == 3.0
+    numbers = [number for number, _, _ in events]
+    assert numbers == sorted(set(numbers))
+    assert answer.text.startswith("retry: ")
+    later = client.get(f"{location}/events")  # from the store
+    assert events_of(later.text) == events
+
+
+def test_following_resumes_behind_the_last_event(client: TestClient, fake: Any, example: Document) -> None:
+    fake.seconds = 0.3
+    location = client.post("/v1/layouts", json=example).headers["location"]
+    events = events_of(client.get(f"{location}/events").text)
+    for index, (number, _, _) in enumerate(events[:-1]):
+        resumed = client.get(f"{location}/events", headers={"Last-Event-ID": str(number)})
+        assert events_of(resumed.text) == events[index + 1 :]
+    end = client.get(f"{location}/events", headers={"Last-Event-ID": str(events[-1][0])})
+    assert end.status_code == 204
+    strange = client.get(f"{location}/events", headers={"Last-Event-ID": "nonsense"})
+    assert events_of(strange.text) == events
+
+
+def test_silence_is_broken_and_streams_end(client_with: Make, fake: Any, example: Document, monkeypatch: Any) -> None:
+    monkeypatch.setattr("service.api.events.KEEP_ALIVE", 0.05)
+    fake.seconds = 60.0
+    client = client_with(workers=1, max_follow=0.5)
+    location = client.post("/v1/layouts", json=example).headers["location"]
+    began = time.monotonic()
+    text = client.get(f"{location}/events").text
+    assert 0.4 < time.monotonic() - began < 3.0
+    assert text.count(": ping") >= 5
+    assert [kind for _, kind, _ in events_of(text)] == ["status", "status", "stage"]
+
+
+def test_events_of_a_running_layout_are_stored(client_with: Make, fake: Any, example: Document, tmp_path: Path) -> None:
+    """A process that ends without a word leaves them to the next one."""
+    import sqlite3
+
+    fake.seconds = 60.0
+    client = client_with(workers=1, data_dir=tmp_path)
+    client.post("/v1/layouts", json=example)
+
+    def kinds() -> list[str]:
+        connection = sqlite3.connect(tmp_path / "duocell.sqlite3")
+        found = [row[0] for row in connection.execute("SELECT kind FROM events ORDER BY number")]
+        connection.close()
+        return found
+
+    until(lambda: kinds() == ["status", "status", "stage"])
+
+
+# ------------------------------------------------------------------------------------------- attempts and interruptions
+
+
+def test_a_job_whose_worker_died_is_tried_again(client: TestClient, fake: Any, example: Document) -> None:
+    fake.deaths = [WorkerDied("The worker was ended by signal SIGKILL.")] * 2
+    layout = client.post("/v1/layouts", json=example, headers=WAIT).json()
+    assert layout["status"] == "succeeded"
+    assert layout["attempts"] == 3
+    events = events_of(client.get(f"/v1/layouts/{layout['id']}/events").text)
+    states = [(data["status"], data.get("attempt")) for _, kind, data in events if kind == "status"]
+    assert states == [
+        ("queued", None),
+        ("running", 1),
+        ("queued", None),
+        ("running", 2),
+        ("queued", None),
+        ("running", 3),
+    ]
+
+
+def test_a_job_that_kills_every_worker_fails(client_with: Make, fake: Any, example: Document) -> None:
+    fake.deaths = [WorkerDied("The worker was ended by signal SIGSEGV.")] * 9
+    client = client_with(workers=1, max_attempts=2)
+    layout = client.post("/v1/layouts", json=example, headers=WAIT).json()
+    assert layout["status"] == "failed"
+    assert layout["attempts"] == 2
+    assert layout["error"]["code"] == "worker-died"
+    assert "SIGSEGV" in layout["error"]["detail"]
+    assert "attempt 2 of 2" in layout["error"]["detail"]
+    assert len(fake.deaths) == 7
+
+
+def crashed(folder: Path, copy: Path) -> Path:
+    """What a process that ends without a word leaves: the files as they are at this moment."""
+    copy.mkdir()
+    for file in folder.glob("duocell.sqlite3*"):
+        if not file.name.endswith(".lock"):
+            (copy / file.name).write_bytes(file.read_bytes())
+    return copy
+
+
+def test_jobs_are_taken_up_again_after_a_crash(client_with: Make, fake: Any, example: Document, tmp_path: Path) -> None:
+    fake.seconds = 60.0
+    client = client_with(workers=1, data_dir=tmp_path / "first")
+    locations = [client.post("/v1/layouts", json=example | {"name": f"{n}"}).headers["location"] for n in range(3)]
+    folder = crashed(tmp_path / "first", tmp_path / "second")
+    fake.seconds = 0.0
+    again = client_with(workers=1, data_dir=folder)
+    for location in locations:
+        until(lambda at=location: state_of(again, at) == "succeeded")  # type: ignore[misc]
+    layouts = [again.get(location).json() for location in locations]
+    assert [layout["attempts"] for layout in layouts] == [2, 1, 1]
+    assert [layout["name"] for layout in layouts] == ["0", "1", "2"]
+    ended = sorted(layouts, key=lambda layout: str(layout["finished_at"]))
+    assert [layout["name"] for layout in ended] == ["0", "1", "2"]
+    events = events_of(again.get(f"{locations[0]}/events").text)
+    numbers = [number for number, _, _ in events]
+    assert numbers == sorted(set(numbers))
+    assert [data["status"] for _, kind, data in events if kind == "status"] == ["queued", "running"] * 2
+
+
+def test_a_job_that_ends_every_service_fails(client_with: Make, fake: Any, example: Document, tmp_path: Path) -> None:
+    fake.seconds = 60.0
+    client = client_with(workers=1, data_dir=tmp_path / "0")
+    location = client.post("/v1/layouts", json=example).headers["location"]
+    for number in (1, 2):
+        until(lambda at=client, wanted=number: at.get(location).json()["attempts"] == wanted)  # type: ignore[misc]
+        folder = crashed(tmp_path / f"{number - 1}", tmp_path / f"{number}")
+        client = client_with(workers=1, max_attempts=2, data_dir=folder)
+    layout = client.get(location).json()
+    assert layout["status"] == "failed"
+    assert layout["error"]["code"] == "interrupted"
+    assert "attempt 2 of 2" in layout["error"]["detail"]
+    assert events_of(client.get(f"{location}/events").text)[-1][1] == "done"
+
+
+def test_two_services_do_not_share_a_folder(client_with: Make, example: Document, tmp_path: Path) -> None:
+    first = client_with(data_dir=tmp_path)
+    second = client_with(data_dir=tmp_path)
+    answer = second.post("/v1/layouts", json=example)
+    assert answer.status_code == 503
+    assert answer.json()["code"] == "store-unavailable"
+    assert "Another server" in answer.json()["detail"]
+    assert int(answer.headers["retry-after"]) >= 1
+    assert "Another server" in second.get("/readyz").json()["detail"]
+    first.__exit__(None, None, None)
+    until(lambda: second.post("/v1/layouts", json=example).status_code == 202)
+    first.__enter__()

@@ -262,6 +262,7 @@ def test_a_urdf_file_brings_the_shape_of_its_links(
     monkeypatch.setattr("models.urdf_bodies.convex_pieces", counted)
     assert [geometry(), geometry()] == ["mesh", "mesh"]
     assert len(taken_apart) == 3  # of three meshes; the second time they were known
+    assert main(["check", str(tmp_path / "result.json"), *option]) == 0
     assert capsys.readouterr().err == ""
 
     (tmp_path / "own_arm" / "meshes" / "collision" / "base.stl").unlink()

@@ -1,25 +1,26 @@
 """From what a request says of a real cell to the objects of the models."""
 
 import json
-from collections.abc import Sequence
 from math import inf, pi
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from models.coupling import Direction, Distance, Mirror, Rail, SameHeight
-from models.errors import InvalidInput
 from models.floor import POINT
-from models.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Sphere
+from models.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
 from models.surroundings import Clearances
 from optimizer.settings import ToleranceSettings
 from service.accept import accept
 from service.convert import cell_of, joints_of, settings_of
 from service.issues import InvalidRequest
+from service.library import Library
 from service.schemas.evaluate import EVALUATE_EXAMPLE, EvaluateRequest
 from service.schemas.request import LayoutRequest
 from service.settings import Limits
+from service.user_mesh import UserMesh, mesh_document
 from service.validation import validate
 
 Document = dict[str, Any]
@@ -30,19 +31,19 @@ NOTHING = Clearances()
 CONTACT = Clearances(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-def cell(document: Document, meshes: Any = None) -> Any:
-    request = validate(LayoutRequest, document)
-    return cell_of(request) if meshes is None else cell_of(request, None, meshes)
+def cell(document: Document, library: Library | None = None) -> Any:
+    return cell_of(validate(LayoutRequest, document), library)
 
 
-class Shelf:
-    """Two tetrahedra that are called "wedge"."""
-
-    def hulls(self, mesh_id: str, scale: float = 1.0) -> Sequence[ConvexHull]:
-        if mesh_id != "wedge":
-            raise InvalidInput("no such mesh.", "/id")
-        corners = scale * np.vstack([np.zeros(3), np.eye(3)])
-        return [ConvexHull(corners), ConvexHull(corners + scale)]
+@pytest.fixture
+def library(tmp_path: Path) -> Library:
+    """Holds two tetrahedra that are called "wedge"."""
+    corners = np.vstack([np.zeros(3), np.eye(3)])
+    bounds = np.array([np.zeros(3), np.full(3, 2.0)])
+    kept = Library(tmp_path)
+    wedge = UserMesh("wedge", "wedge", "stl", 484, 8, bounds, (corners, corners + 1.0), "")
+    assert kept.mesh_shelf.put("wedge", mesh_document(wedge))
+    return kept
 
 
 def test_without_anything_a_cell_is_what_it_was(example: Document) -> None:
@@ -77,12 +78,12 @@ def test_every_shape(example: Document, shape: Document, kind: type, numbers: Do
         np.testing.assert_array_equal(getattr(body.shape, name), value)
 
 
-def test_a_mesh_becomes_its_pieces_with_names_of_their_own(example: Document) -> None:
+def test_a_mesh_becomes_its_pieces_with_names_of_their_own(example: Document, library: Library) -> None:
     mesh = {"type": "mesh", "id": "wedge", "scale": 0.5}
     example["obstacles"] = [{"name": "jig", "pose": AT, "shape": mesh}, {"name": "jig piece 2", "shape": BOX}]
     example["part"] = {"shapes": [{"shape": mesh}, {"shape": BOX}]}
     example["arms"][0]["tool_shapes"] = [{"shape": mesh}]
-    around = cell(example, Shelf()).surroundings
+    around = cell(example, library).surroundings
     assert [body.name for body in around.obstacles] == ["jig", "jig piece 2'", "jig piece 2"]
     first, second = (body.shape for body in around.obstacles[:2])
     np.testing.assert_allclose(second.points.min(axis=0), first.points.min(axis=0) + 0.5)
@@ -90,7 +91,7 @@ def test_a_mesh_becomes_its_pieces_with_names_of_their_own(example: Document) ->
     assert len(around.of("main").tool) == 2
     example["obstacles"][0]["shape"] = {"type": "mesh", "id": "other"}
     with pytest.raises(InvalidRequest) as caught:
-        cell(example, Shelf())
+        cell(example, library)
     assert [issue.pointer for issue in caught.value.issues] == ["/obstacles/0/shape/id"]
 
 

@@ -68,6 +68,13 @@ def data_of(client: TestClient) -> Path:
     return folder
 
 
+def placed(layout: Document) -> Document:
+    """The request to evaluate what a layout says."""
+    found = layout["result"]["arms"][0]
+    base = {**dict(zip("xyz", found["base"]["position"], strict=True)), "yaw": found["base"]["yaw"]}
+    return REQUEST | {"arms": [REQUEST["arms"][0] | {"base": base, "joints": found["joints"]}]}
+
+
 # --- the good way -----------------------------------------------------------------------------------------------------
 
 
@@ -98,6 +105,13 @@ def test_a_robot_is_brought_shown_used_and_deleted(live: TestClient) -> None:
     assert layout["result"]["verification"]["max_position_error"] < 1e-6
     assert layout["request"]["arms"][0]["robot"] == "own"
     assert layout["request"]["arms"][0]["robot_version"] == robot["version"]
+
+    evaluated = live.post("/v1/layouts/evaluate", json=placed(layout))
+    assert evaluated.status_code == 200, evaluated.text
+    score = evaluated.json()["result"]
+    assert score["outcome"] == "feasible"
+    assert score["arms"][0]["geometry"] == "mesh"
+    assert score["objective"] == pytest.approx(layout["result"]["objective"], rel=1e-6)
 
     assert live.delete("/v1/robots/own").status_code == 204
     assert live.get("/v1/robots/own").status_code == 404

@@ -24,7 +24,7 @@ LOOKED_AT = 250
 """Combinations whose arms are checked against each other, best first; as many more are taken from all over the rest."""
 BATCH = 25
 """Combinations looked at together."""
-WIDEST_TIED = 100
+WIDEST_TIED = 300
 """Combinations and members that are tied to each other, all with all."""
 ENOUGH = 8
 """Distinct clean combinations after which no more are looked for."""

@@ -16,6 +16,10 @@ from optimizer.reduced import ReducedProblem, evaluate_signed
 STEPS = 4
 DIFFERENCE = 1e-6
 """m, of the rows' derivatives."""
+SAME = 0.04
+"""m; places of one posture nearer than about this to each other are tried once."""
+AT_ONCE = 2000
+"""Places evaluated together."""
 
 
 def tied(
@@ -44,16 +48,30 @@ def tied(
     own = np.array([member.point.position for _, member in pairs])
     yaws = np.array([member.point.yaw for _, member in pairs])
     positions = _moved(couplings, bases, own, yaws, arm.base.bounds[:3])
-    paths = evaluate_signed(problem, positions, np.array([member.point.signs for _, member in pairs]))
-    return [
-        (*members, _at(member, positions[i], float(paths.yaw[0, i]), paths.joints[:, 0, i].T, paths.objective[0, i]))
-        for i, (members, member) in enumerate(pairs)
-        if paths.violation[0, i] == 0.0
-    ]
+    some = _different(positions, pairs)
+    signs = np.array([pairs[i][1].point.signs for i in some])
+    grown: list[tuple[Member, ...]] = []
+    for at in range(0, len(some), AT_ONCE):
+        chunk = some[at : at + AT_ONCE]
+        paths = evaluate_signed(problem, positions[chunk], signs[at : at + AT_ONCE])
+        for k, i in enumerate(chunk):
+            if paths.violation[0, k] == 0.0:
+                members, member = pairs[i]
+                point = ArmPoint(positions[i], float(paths.yaw[0, k]), paths.joints[:, 0, k].T, member.point.signs)
+                grown.append((*members, Member(point, float(paths.objective[0, k]), member.lack)))
+    return grown
 
 
-def _at(member: Member, position: Floats, yaw: float, joints: Floats, objective: float) -> Member:
-    return Member(ArmPoint(position, yaw, joints, member.point.signs), float(objective), member.lack)
+def _different(positions: Floats, pairs: Sequence[tuple[tuple[Member, ...], Member]]) -> list[int]:
+    """Numbers of the pairs that differ in partner, posture or place: ties move many members to one place."""
+    seen: set[tuple[object, ...]] = set()
+    kept = []
+    for i, (cell, (members, member)) in enumerate(zip(np.round(positions / SAME).tolist(), pairs, strict=True)):
+        key = (id(members), member.point.signs, *cell)
+        if key not in seen:
+            seen.add(key)
+            kept.append(i)
+    return kept
 
 
 def _moved(

@@ -30,8 +30,8 @@ LOOKED_AT = 400
 """Of the usable ones, the best this many are looked at with their surroundings."""
 BATCH = 40
 """Of these at once."""
-KEPT = 100
-"""Members of a pool."""
+KEPT, WIDER = 100, 3
+"""Members of a pool; so many times as many where couplings tie the bases."""
 FRONT = 30
 """The best ones are looked at however near to each other they stand; the others make room for different places:"""
 APART, CROWD = 0.1, 4
@@ -81,11 +81,12 @@ def pool_of(scene: Scene, index: int, problem: ReducedProblem | None, round_: in
         found, evaluated = _reduced_points(scene.cell, arm, problem, round_, seed)
     else:
         found, evaluated = _general_points(scene.cell, arm, seed + round_, deadline)
-    most, looked = KEPT * 2**round_, 0
-    crowd = _Crowd()
+    wide = WIDER if scene.cell.couplings else 1  # ties leave few members where they are
+    most, looked = wide * KEPT * 2**round_, 0
+    crowd = _Crowd(APART / wide**0.5)
     scores: list[float] = []
     rest = iter(found)
-    while looked < LOOKED_AT * 2**round_ and time.perf_counter() < deadline:
+    while looked < wide * LOOKED_AT * 2**round_ and time.perf_counter() < deadline:
         check_stop()
         batch = list(islice((entry for entry in rest if len(crowd.members) < FRONT or crowd.admits(entry[1])), BATCH))
         if not batch or (len(scores) >= most and scores[most - 1] <= batch[0][0]):
@@ -101,7 +102,8 @@ def pool_of(scene: Scene, index: int, problem: ReducedProblem | None, round_: in
 class _Crowd:
     """Members so far, and whether there is room beside them."""
 
-    def __init__(self) -> None:
+    def __init__(self, apart: float) -> None:
+        self._apart = apart
         self.members: list[Member] = []
         self._places: dict[tuple[int, int, int] | None, list[tuple[Floats, bool]]] = {}
 
@@ -112,12 +114,11 @@ class _Crowd:
 
     def admits(self, point: ArmPoint) -> bool:
         """False beside a clean member of the same posture, or in a crowd of others."""
-        beside = [clean for place, clean in self._places.get(point.signs, ()) if _near(place, point.position)]
+        beside = [clean for place, clean in self._places.get(point.signs, ()) if self._near(place, point.position)]
         return not any(beside) and len(beside) < CROWD
 
-
-def _near(place: Floats, other: Floats) -> bool:
-    return bool(np.max(np.abs(place - other)) < APART)
+    def _near(self, place: Floats, other: Floats) -> bool:
+        return bool(np.max(np.abs(place - other)) < self._apart)
 
 
 def alone_scene(cell: Cell, arm: Arm) -> Scene:

@@ -11,7 +11,7 @@ import numpy as np
 from models.arrays import Floats
 from models.cell import Cell
 from optimizer.coupled.place_tied import tied
-from optimizer.coupled.pool import Member
+from optimizer.coupled.pool import Member, Pool
 from optimizer.coupled.refine import nearby, price_of
 from optimizer.coupled.scene import Scene
 from optimizer.program import ArmPoint
@@ -24,6 +24,8 @@ LOOKED_AT = 250
 """Combinations whose arms are checked against each other, best first; as many more are taken from all over the rest."""
 BATCH = 25
 """Combinations looked at together."""
+FEW, MOST_TIED = 200, 3000
+"""Where ties leave fewer combinations than that, so many places of the first arm are tried."""
 WIDEST_TIED = 300
 """Combinations and members that are tied to each other, all with all."""
 ENOUGH = 8
@@ -51,7 +53,7 @@ class Combination:
 
 def combine(
     scene: Scene,
-    pools: Sequence[Sequence[Member]],
+    pools: Sequence[Pool],
     problems: Sequence[ReducedProblem | None],
     effort: int,
     deadline: float,
@@ -59,7 +61,7 @@ def combine(
     """Distinct promising combinations, best first.
 
     Args:
-        scene: the cell. pools: candidates per arm, best first. problems: reduced problem per arm, or None.
+        scene: the cell. pools: candidates per arm. problems: reduced problem per arm, or None.
         effort: how many times as many combinations to look at as in the first round.
         deadline: `time.perf_counter` value, soft.
     """
@@ -98,19 +100,23 @@ def _order(candidates: list[tuple[Member, ...]], count: int) -> list[tuple[Membe
 
 def _beam(
     cell: Cell,
-    pools: Sequence[Sequence[Member]],
+    pools: Sequence[Pool],
     problems: Sequence[ReducedProblem | None],
     price: float,
     width: int,
 ) -> list[tuple[Member, ...]]:
     """Combinations by the sum of their members' scores, couplings kept or made dear; arms are added one by one."""
-    partial: list[tuple[Member, ...]] = [(member,) for member in pools[0]]
+    partial: list[tuple[Member, ...]] = [(member,) for member in pools[0].members]
     for index in range(1, len(pools)):
+        pool = pools[index]
         ties = [c for c in cell.couplings if index in c.arms and all(arm <= index for arm in c.arms)]
         if ties:
-            grown = tied(cell.arms[index], ties, partial[:WIDEST_TIED], pools[index][:WIDEST_TIED], problems[index])
+            grown = tied(cell.arms[index], ties, partial[:WIDEST_TIED], pool.members[:WIDEST_TIED], problems[index])
+            if len(grown) < FEW and index == 1:  # a tie that leaves no choice: all places of one arm, all postures
+                anywhere = [(member,) for member in pools[0].usable[:: max(1, len(pools[0].usable) // MOST_TIED)]]
+                grown += tied(cell.arms[index], ties, anywhere, pool.representatives(1), problems[index])
         else:
-            grown = _sums(partial, pools[index], price, width)
+            grown = _sums(partial, pool.members, price, width)
         scores = np.array([sum(member.score(price) for member in members) for members in grown])
         partial = [grown[i] for i in np.argsort(scores, kind="stable")[:width]]
     return partial

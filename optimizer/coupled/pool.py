@@ -60,10 +60,26 @@ class Member:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Pool:
-    """Candidates of one arm, best first, and how many bases and postures were looked at."""
+    """Candidates of one arm.
+
+    Attributes:
+        members: best first. usable: many more of its paths, best first, whatever stands around them.
+        evaluated: bases and postures looked at.
+    """
 
     members: list[Member]
+    usable: list[Member]
     evaluated: int
+
+    def representatives(self, count: int) -> list[Member]:
+        """The best usable paths of every posture, ``count`` of each."""
+        taken: dict[tuple[int, int, int] | None, int] = {}
+        kept = []
+        for member in self.usable:
+            taken[member.point.signs] = taken.get(member.point.signs, 0) + 1
+            if taken[member.point.signs] <= count:
+                kept.append(member)
+        return kept
 
 
 def pool_of(scene: Scene, index: int, problem: ReducedProblem | None, round_: int, seed: int, deadline: float) -> Pool:
@@ -96,7 +112,8 @@ def pool_of(scene: Scene, index: int, problem: ReducedProblem | None, round_: in
             if lack <= REPAIRABLE:
                 crowd.add(Member(point, objective, lack))
                 insort(scores, crowd.members[-1].score(price))
-    return Pool(sorted(crowd.members, key=lambda member: member.score(price))[:most], evaluated)
+    members = sorted(crowd.members, key=lambda member: member.score(price))[:most]
+    return Pool(members, [Member(point, objective, 0.0) for objective, point in found], evaluated)
 
 
 class _Crowd:
@@ -175,4 +192,4 @@ def _general_points(cell: Cell, arm: Arm, seed: int, deadline: float) -> tuple[l
 
 def with_optimum(pool: Pool, alone: Scene, optimum: ArmPoint, objective: float) -> Pool:
     """The pool with the uncoupled optimum in front."""
-    return Pool([Member(optimum, objective, own_lacks(alone, [optimum])[0]), *pool.members], pool.evaluated)
+    return replace(pool, members=[Member(optimum, objective, own_lacks(alone, [optimum])[0]), *pool.members])

@@ -11,7 +11,7 @@ import numpy as np
 from models.cell import Cell
 from optimizer.coupled.combine import Combination, combine
 from optimizer.coupled.obstructed import obstruction
-from optimizer.coupled.pool import Member, Pool, alone_scene, pool_of, with_optimum
+from optimizer.coupled.pool import Pool, alone_scene, pool_of, with_optimum
 from optimizer.coupled.refine import Refined, nearby, price_of, refine
 from optimizer.coupled.scene import LIMITS, Scene
 from optimizer.events import Started
@@ -109,12 +109,12 @@ def _combinations(
     deadline: float,
 ) -> list[Combination]:
     """Candidates of every arm, combined."""
-    pools: list[list[Member]] = []
+    pools: list[Pool] = []
     for index, arm in enumerate(searches):
         pool: Pool = pool_of(scene, index, arm.problem, round_, settings.seed, deadline)
         if arm.best is not None:
             pool = with_optimum(pool, alone_scene(scene.cell, arm.arm), arm.best, arm.objective)
-        pools.append(pool.members)
+        pools.append(pool)
         search.candidates += pool.evaluated
     return combine(scene, pools, [arm.problem for arm in searches], 2**round_, deadline)
 

@@ -102,6 +102,6 @@ def _combinations(
         pool = pool_of(scene, index, search.problem, round_, seed, deadline)
         if search.best is not None:
             pool = with_optimum(pool, alone_scene(scene.cell, search.arm), search.best, search.objective)
-        pools.append(pool.members)
+        pools.append(pool)
     combinations = combine(scene, pools, [search.problem for search in alone], 2**round_, deadline)
     return [combination.points for combination in combinations]

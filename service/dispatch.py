@@ -114,7 +114,7 @@ class Dispatcher:
 
     def reserve(self) -> bool:
         """Keep a worker for a job that is about to come, if one is free and nobody waits."""
-        if self._draining or self._waiting or self._free <= 0:
+        if self._draining or self._waiting or self._free <= 0 or not self._executor.alive():
             return False
         self._free -= 1
         return True
@@ -192,10 +192,10 @@ class Dispatcher:
     async def _attempt(self, active: Active) -> Ending | None:
         """Solve; how it ended, "queued" for another attempt, or None if somebody else has ended the job."""
         if active.job.status is JobStatus.QUEUED:
-            event = active.feed.state(
-                active.job.revision + 1, "status", status="running", attempt=active.job.attempts + 1
-            )
-            claimed = await self._stored(self._store.claim, active.job.id, [event])
+            await self._executor.ready()  # waiting for a worker to start is no attempt
+            job = active.job
+            event = active.feed.state(job.revision + 1, "status", status="running", attempt=job.attempts + 1)
+            claimed = await self._stored(self._store.claim, job.id, [event])
             if claimed is None:
                 return None
             active.job = claimed

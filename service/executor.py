@@ -55,6 +55,9 @@ class Executor(Protocol):
     def start(self) -> None:
         """Begin to warm up; returns at once. May be called before there is an event loop, and again when there is."""
 
+    async def ready(self) -> None:
+        """Return when there is a worker that can solve, however long that takes."""
+
     async def solve(self, task: Task, report: Report) -> Answer:
         """The result of an accepted request; its text is never None.
 

@@ -50,6 +50,7 @@ class ProcessExecutor:
         self._returned = asyncio.Condition()
         self.workers: set[WorkerProcess] = set()
         self._warm: set[WorkerProcess] = set()
+        self._ready = asyncio.Event()
         self._places: list[asyncio.Task[None]] = []
         self.deaths = 0
 
@@ -63,6 +64,11 @@ class ProcessExecutor:
         with contextlib.suppress(RuntimeError):  # no event loop yet: the engines are loaded meanwhile
             loop = asyncio.get_running_loop()
             self._places = [loop.create_task(self._keep()) for _ in range(self._size)]
+
+    async def ready(self) -> None:
+        """See `Executor`."""
+        self.start()
+        await self._ready.wait()
 
     async def solve(self, task: Task, report: Report) -> Answer:
         """See `Executor`."""
@@ -123,6 +129,8 @@ class ProcessExecutor:
             self.deaths += 1
             metrics.worker_died(exit_code)
             self._warm.discard(one)
+            if not self._warm:
+                self._ready.clear()
             self.workers.discard(one)
             log.warning("worker %s ended with code %s; another one takes its place", one.pid, exit_code)
 
@@ -138,6 +146,7 @@ class ProcessExecutor:
             one.kill()
             raise
         self._warm.add(one)
+        self._ready.set()
         return one
 
     async def _take(self) -> WorkerProcess:

@@ -66,6 +66,9 @@ class FakeExecutor:
     def start(self) -> None:
         self.stopped = False
 
+    async def ready(self) -> None:
+        pass
+
     async def solve(self, task: Task, report: Report) -> Answer:
         report("stage", '{"what": "made up", "done": 0.0}')
         request = LayoutRequest.model_validate_json(task.text)

@@ -34,7 +34,9 @@ def configure(settings: Logging | None = None) -> None:
     root.handlers = [handler]
     root.setLevel(max(logging.WARNING, _number(settings.log_level)))
     for name in OURS:
-        logging.getLogger(name).setLevel(_number(settings.log_level))
+        logger = logging.getLogger(name)
+        logger.setLevel(_number(settings.log_level))
+        logger.handlers, logger.propagate = [], True  # uvicorn may have been given others before
     logging.getLogger(NEVER).disabled = True
 
 

@@ -147,7 +147,8 @@ def test_what_is_bound_stands_in_every_line_inside_and_in_none_outside(written: 
     assert "job_id" not in third
 
 
-def test_levels_and_other_libraries(written: Callable[..., Log]) -> None:
+def test_levels_and_other_libraries(written: Callable[..., Log], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(logging.getLogger("uvicorn"), "propagate", False)  # as uvicorn's own configuration leaves it
     log = written(log_level="warning")
     for name in ("service.x", "optimizer.x", "uvicorn.error", "ssik", "alembic"):
         logging.getLogger(name).info("said at info by %s", name)

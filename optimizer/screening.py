@@ -17,7 +17,7 @@ COARSE_POSES = 8
 """Poses that the points of the spread are looked at with."""
 SAMPLED_POSES = 32
 """Poses of a long task that the best of them are improved with; what comes out is checked on all."""
-POINTS = {0: 1, 1: 64, 2: 256, 3: 1024}
+POINTS = {0: 1, 1: 64, 2: 256, 3: 1536}
 """Base positions of the first round by number of free coordinates; each has eight postures."""
 ROUNDS = 4
 """A later round has four times the points of the one before, and is run only while nothing usable was found."""
@@ -27,7 +27,7 @@ MORE_USABLE = 3
 """Usable candidates improved beside the valleys, which may lie outside the limits."""
 CLOUD = 10
 """Points strewn around each of them; the cloud shrinks to half in each step."""
-FIRST_STEPS, LAST_STEPS, LAST = 2, 3, 10
+FIRST_STEPS, LAST_STEPS, LAST = 1, 4, 10
 """Steps with all candidates, and further ones with the best of them."""
 NOTCHES, NOTCH = 3, 2e-3
 """Notches of the cost to be looked into, and how far from their tips (m)."""

@@ -98,22 +98,48 @@ def pool_of(scene: Scene, index: int, problem: ReducedProblem | None, round_: in
     else:
         found, evaluated = _general_points(scene.cell, arm, seed + round_, deadline)
     wide = WIDER if scene.cell.couplings else 1  # ties leave few members where they are
-    most, looked = wide * KEPT * 2**round_, 0
-    crowd = _Crowd(APART / wide**0.5)
-    scores: list[float] = []
-    rest = iter(found)
-    while looked < wide * LOOKED_AT * 2**round_ and time.perf_counter() < deadline:
-        check_stop()
-        batch = list(islice((entry for entry in rest if len(crowd.members) < FRONT or crowd.admits(entry[1])), BATCH))
-        if not batch or (len(scores) >= most and scores[most - 1] <= batch[0][0]):
-            break  # the rest cannot score better
-        looked += len(batch)
-        for (objective, point), lack in zip(batch, own_lacks(alone, [point for _, point in batch]), strict=True):
-            if lack <= REPAIRABLE:
-                crowd.add(Member(point, objective, lack))
-                insort(scores, crowd.members[-1].score(price))
-    members = sorted(crowd.members, key=lambda member: member.score(price))[:most]
-    return Pool(members, [Member(point, objective, 0.0) for objective, point in found], evaluated)
+    most, count = wide * KEPT * 2**round_, wide * LOOKED_AT * 2**round_
+    look = _Look(alone, most, count, APART / wide**0.5, price, deadline)
+    rest = found[count:]
+    members = look(found) or look(rest[:: max(1, len(rest) // count)])  # the best may all stand in something
+    members.sort(key=lambda member: member.score(price))
+    return Pool(members[:most], [Member(point, objective, 0.0) for objective, point in found], evaluated)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Look:
+    """What candidates are like among their surroundings.
+
+    Attributes:
+        alone: the arm. most: members wanted. count: candidates looked at. apart: m, see `APART`.
+        price: of a metre. deadline: `time.perf_counter` value, soft.
+    """
+
+    alone: Scene
+    most: int
+    count: int
+    apart: float
+    price: float
+    deadline: float
+
+    def __call__(self, found: Sequence[tuple[float, ArmPoint]]) -> list[Member]:
+        """Those that can be repaired, of candidates in the order of their objective."""
+        crowd, looked = _Crowd(self.apart), 0
+        scores: list[float] = []
+        rest = iter(found)
+        while looked < self.count and time.perf_counter() < self.deadline:
+            check_stop()
+            room = (entry for entry in rest if len(crowd.members) < FRONT or crowd.admits(entry[1]))
+            batch = list(islice(room, BATCH))
+            if not batch or (len(scores) >= self.most and scores[self.most - 1] <= batch[0][0]):
+                break  # the rest cannot score better
+            looked += len(batch)
+            lacks = own_lacks(self.alone, [point for _, point in batch])
+            for (objective, point), lack in zip(batch, lacks, strict=True):
+                if lack <= REPAIRABLE:
+                    crowd.add(Member(point, objective, lack))
+                    insort(scores, crowd.members[-1].score(self.price))
+        return crowd.members
 
 
 class _Crowd:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from models.arm import Arm
-from models.arrays import Bools, Floats
+from models.arrays import Bools, Floats, Ints
 from models.cell import Cell
 from models.collision import CollisionModel, Configurations
 from models.coupling import Rows
@@ -94,20 +94,29 @@ class Scene:
         joints = [np.stack([points[a].joints for points in layouts]) for a in range(len(self.cell.arms))]
         places = model.configure_layouts(bases, joints, self.cell.task.poses, self.cell.task.job_of)
         spare = (model.bounds(places, self.movable) - self.required).reshape(len(layouts), m, -1)
-        for layout in np.flatnonzero(np.min(spare, axis=(1, 2), initial=np.inf) < 0.0):
-            here = np.where(model.counted(bases[layout]), spare[layout], np.inf)
-            lacks[layout] = self._worst(model, places, int(layout) * m, here)
+        short = np.flatnonzero(np.min(spare, axis=(1, 2), initial=np.inf) < 0.0)
+        here = [np.where(model.counted(bases[layout]), spare[layout], np.inf).ravel() for layout in short]
+        if here:
+            lacks[short] = self._worst(model, places, m * short, np.stack(here))
         return lacks
 
-    def _worst(self, model: CollisionModel, places: Configurations, first: int, spare: Floats) -> float:
-        """Largest shortfall from lower bounds (m, P) of what pairs have to spare; ``first`` is the place of row 0."""
-        least = 0.0
-        for index in np.argsort(spare, axis=None, kind="stable"):
-            if spare.flat[index] >= least:
-                break
-            k, pair = (int(i) for i in np.unravel_index(index, spare.shape))
-            least = min(least, model.contact(places, first + k, pair).distance - float(self.required[pair]))
-        return -least
+    def _worst(self, model: CollisionModel, places: Configurations, first: Ints, spare: Floats) -> Floats:
+        """(L,) m, largest shortfalls, 0 where there is none.
+
+        Args:
+            model: of the cell. places: of all layouts. first: (L,) the place of each layout's first pose.
+            spare: (L, m · P) m, lower bounds of what pairs have to spare; used up.
+        """
+        least: Floats = np.zeros(len(spare))
+        while True:
+            nearest = np.argmin(spare, axis=1)
+            layouts = np.flatnonzero(spare[np.arange(len(spare)), nearest] < least)
+            if not len(layouts):
+                return -least
+            k, pairs = np.divmod(nearest[layouts], len(self.required))
+            gaps = model.distances(places, first[layouts] + k, pairs) - self.required[pairs]
+            least[layouts] = np.minimum(least[layouts], gaps)
+            spare[layouts, nearest[layouts]] = np.inf
 
     def certify(self, points: Sequence[ArmPoint]) -> PathClearance | None:
         """The full check of the path at and between its poses; None where no clearance is asked for."""

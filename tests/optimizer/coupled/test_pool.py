@@ -1,0 +1,49 @@
+"""Candidates among their surroundings: where the best ones all stand in something, and how much layouts lack."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from models.coupling import Distance
+from models.shapes import Body, Capsule
+from optimizer.coupled.scene import Scene
+from optimizer.layout import Outcome
+from optimizer.optimize import optimize
+from optimizer.program import ArmPoint
+from tests.support.blocked import carried, halves, one_arm
+from tests.support.cells import beam_pair
+
+
+def test_a_place_is_found_where_all_the_best_ones_are_taken():
+    """A platform covers the ground of the four hundred best candidates and far beyond; the other side is free."""
+    _, right = halves()
+    layout = optimize(one_arm(task=carried(3), obstacles=(right,)))
+    assert layout.outcome is not Outcome.INFEASIBLE
+    assert layout.placements[0].position[1] > 0.1
+
+
+def test_what_layouts_lack_is_what_the_nearest_pairs_lack():
+    """Many layouts at once against each by itself: the closest pair of every class, at every pose."""
+    made = beam_pair(count=3, shift=(0.2, 0.0, 0.05))
+    post = Body("post", np.eye(4), Capsule(0.05, 2.0))
+    around = replace(made.surroundings, obstacles=(*made.surroundings.obstacles, post))
+    scene = Scene.of(replace(made.cell, surroundings=around, couplings=(Distance((0, 1), 0.0),)))
+    assert scene.model is not None
+    rng, layouts, expected = np.random.default_rng(3), [], []
+    for _ in range(12):
+        points = []
+        for base, q in zip(made.bases, made.joints, strict=True):
+            yaw = float(np.arctan2(base[1, 0], base[0, 0]))
+            points.append(ArmPoint(base[:3, 3] + rng.uniform(-0.3, 0.3, 3), yaw, q + rng.uniform(-0.5, 0.5, q.shape)))
+        bases, lack = scene.bases(points), 0.0
+        for k, pose in enumerate(made.cell.task.poses):
+            for kind, contact in scene.model.contacts(bases, [p.joints[k] for p in points], pose).items():
+                if kind != "part_obstacle":
+                    lack = max(lack, around.clearances.required(kind) - contact.distance)
+        layouts.append(points)
+        expected.append(lack)
+    assert scene.contact_lacks(layouts) == pytest.approx(expected, abs=1e-6)
+    assert min(expected) < max(expected)

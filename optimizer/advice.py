@@ -16,6 +16,7 @@ from optimizer.program import ArmPoint
 from optimizer.settings import Settings
 from optimizer.tolerance.tolerance import tolerance_of
 from optimizer.verify import check, summarise
+from optimizer.watch import unheard
 from optimizer.why_not.explain import explain
 
 
@@ -27,7 +28,8 @@ def with_advice(cell: Cell, layout: Layout, settings: Settings, report: Callable
     """
     if layout.outcome is Outcome.INFEASIBLE and settings.explain:
         report("explaining", 1.0)
-        found = explain(cell, layout, settings.seed, time.perf_counter() + settings.time_limit)
+        with unheard():  # the searches in there are not those of the answer
+            found = explain(cell, layout, settings.seed, time.perf_counter() + settings.time_limit)
         if isinstance(found, Explanation):
             return replace(layout, explanation=found)
         layout = _rescued(cell, layout, found)

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from optimizer.events import Event
 
@@ -42,6 +42,17 @@ def watching(report: Callable[[Event], None], stop: Callable[[], bool]) -> Itera
         Cancelled: ``stop`` said so.
     """
     token = _watch.set(_Watch(report, stop))
+    try:
+        yield
+    finally:
+        _watch.reset(token)
+
+
+@contextmanager
+def unheard() -> Iterator[None]:
+    """Tell nothing of what runs in the block; it can be stopped all the same."""
+    watch = _watch.get()
+    token = _watch.set(None if watch is None else replace(watch, report=lambda event: None))
     try:
         yield
     finally:

@@ -38,3 +38,19 @@ def test_a_base_in_the_world_is_mount_then_yaw():
     poses = arm.base_in_world(np.array([[1.0, 2.0, 3.0], [0.0, 0.0, 0.0]]), np.array([0.3, 0.0]))
     assert np.allclose(poses[0], transform(rotation_x(0.5) @ rotation_z(0.3), [1.0, 2.0, 3.0]))
     assert np.allclose(poses[1, :3, :3], rotation_x(0.5))
+
+
+def test_a_part_of_a_family_keeps_jobs_weights_and_grasps():
+    poses = transform(rotation_z(np.linspace(0.0, 0.5, 6)), np.linspace([1.0, 2.0, 3.0], [1.1, 2.1, 3.1], 6))
+    grasps = transform(rotation_x(np.array([0.1, 0.2, 0.3])), np.zeros((3, 3)))
+    arm = make_arm("ur5e", grasps=grasps)
+    cell = Cell(Task(poses, (0, 2, 4), ("a", "b", "c"), np.arange(6.0)), (arm, make_arm("ur5e", "other")))
+    some = cell.part(3, 4)
+    assert np.array_equal(some.task.poses, poses[3:5])
+    assert (some.task.starts, some.task.names) == ((0, 1), ("b", "c"))
+    assert np.array_equal(some.task.weights, [3.0, 4.0])
+    assert np.array_equal(some.grasps(some.arms[0]), grasps[1:])
+    one = cell.part(2, 2)
+    assert (len(one.task), one.task.starts, one.task.names) == (2, (0,), ("b",))
+    assert np.array_equal(one.grasps(one.arms[0]), grasps[[1, 1]])
+    assert np.array_equal(cell.part(0, 5).flange_targets(arm), cell.flange_targets(arm))

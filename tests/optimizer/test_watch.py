@@ -11,7 +11,7 @@ from models.cell import Cell
 from optimizer.events import Bounded, Event, Iterated, Screened, Stage, Started, Verified
 from optimizer.optimize import optimize
 from optimizer.settings import CertificateSettings, Settings
-from optimizer.watch import Cancelled, stopped, tell, watched, watching
+from optimizer.watch import Cancelled, stopped, tell, unheard, watched, watching
 from tests.support.tasks import possible
 
 PROVE = Settings(certificate=CertificateSettings(gap=0.05, time_limit=5.0))
@@ -125,3 +125,15 @@ def test_only_the_watched_thread_and_block_are_watched():
     assert not watched()
     assert not stopped()
     assert events == []
+
+
+def test_what_is_done_unheard_is_not_told_and_can_be_stopped():
+    told: list[Event] = []
+    with watching(told.append, lambda: True):
+        with unheard():
+            tell(Stage("searching something else", 0.0))
+            assert stopped()
+        tell(Stage("verifying", 1.0))
+    assert told == [Stage("verifying", 1.0)]
+    with unheard():
+        assert not watched()

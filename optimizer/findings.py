@@ -98,7 +98,8 @@ class Explanation:
 
     Attributes:
         blocking: an irreducible set: without any one of these the search finds a layout.
-        irreducible: True if that was tried for every member within the time; False: the set may hold too much.
+        irreducible: True if that was tried for every member within the time; False: the set blocks all layouts that
+            were met until then.
         relaxations: changes that help, the one with the best layout first.
     """
 

@@ -6,8 +6,6 @@ import time
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from models.cell import Cell
 from optimizer.program import ArmPoint
 from optimizer.why_not.elements import OWN, Element, Kind, Selection, arms_of, by_interest, everything, restricted
@@ -15,12 +13,10 @@ from optimizer.why_not.extend import Way, extended
 from optimizer.why_not.trial import find
 from optimizer.why_not.violations import Violation, part_violations, violations
 
-TRIAL_TIME = 6.0
-"""s that one trial may take."""
+SHARE = 0.3
+"""Share of the time left that one trial may take."""
 HINTS = 3
 """Known layouts tried before a search."""
-THOROUGH = 2
-"""Rounds of candidates after which a set counts as blocking; trials that look for a layout have one."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -39,6 +35,11 @@ class Known:
         """True if it breaks nothing of a selection."""
         return not any(violation.within(selection) for violation in self.breaks)
 
+    def without(self, selection: Selection) -> Known:
+        """The same, not keeping a selection: it seemed to, but its path did not pass the full check."""
+        refused = Violation(selection.elements, selection.first, selection.last)
+        return replace(self, breaks=(*self.breaks, refused))
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Conflict:
@@ -46,7 +47,7 @@ class Conflict:
 
     Attributes:
         selection: no layout was found that keeps all of it.
-        irreducible: True if one was found for each of its members that keeps all the others.
+        irreducible: True if one was found for each of its members that keeps all the others, and time cut no search.
         known: layouts met on the way. If one of them keeps everything, nothing blocks.
     """
 
@@ -65,6 +66,7 @@ class ConflictSearch:
         self.part = part_violations(cell)
         self.known: list[Known] = []
         self.solved = False
+        self.cut_short = False
 
     def late(self) -> bool:
         """True if the time is over, or there is nothing to be explained."""
@@ -77,20 +79,35 @@ class ConflictSearch:
         self.solved |= kept == self.whole
 
     def run(self) -> Conflict:
-        """What blocks among the things around the arms, then what of the arms' own, then which poses."""
+        """What blocks among the things around the arms, then what of the arms' own, then which poses.
+
+        Whenever a layout turns up that keeps all of what was taken to block, it is begun again: now it is known.
+        """
+        selection = self._smallest(self.whole, self._around())
+        while not self.late():
+            selection = self._grown(self.whole, self._around())
+            selection = self._grown(selection, [e for e in by_interest(selection.elements) if e.kind in OWN])
+            selection = self._reduced(self._shortened(selection))
+            if self._blocked(selection):
+                break
+        return Conflict(selection, not (self.late() or self.cut_short), tuple(self.known))
+
+    def _around(self) -> list[Element]:
+        """What is not the arms' own, and the arms: the first to be left out first."""
         around = [element for element in by_interest(self.whole.elements) if element.kind not in OWN]
         around.sort(key=lambda e: e.kind is Kind.ARM and self.cell.arms[e.index].name in self.suspects)
         if self.part:  # certain, whatever the arms do
             around.sort(key=lambda element: element.kind is not Kind.ARM)
-        selection = self._grown(self.whole, around)
-        selection = self._grown(selection, [e for e in by_interest(selection.elements) if e.kind in OWN])
-        selection = self._reduced(self._shortened(selection))
-        return Conflict(selection, not self.late(), tuple(self.known))
+        return around
+
+    def _blocked(self, selection: Selection) -> bool:
+        """True if no known layout keeps all of a selection."""
+        return not any(known.keeps(selection) for known in self.known)
 
     def _grown(self, selection: Selection, removable: Sequence[Element]) -> Selection:
         """The set with only those of its removable elements that it takes to block, as far as time allows."""
         smaller = self._smallest(selection, removable)
-        while not self.late() and self._possible(smaller, THOROUGH):
+        while not self.late() and self._possible(smaller) and self._blocked(selection):
             smaller = self._smallest(selection, removable)
         return smaller
 
@@ -109,8 +126,8 @@ class ConflictSearch:
         Between the fewest poses that known layouts leave and those that are known to block, bisect.
         """
         fewest = tried = self._fewest(selection)
-        while fewest != selection and not self.late():
-            if self._possible(tried, 1):
+        while fewest != selection and not self.late() and self._blocked(selection):
+            if self._possible(tried):
                 fewest = self._fewest(selection)
                 tried = selection.halfway(fewest)
             elif not self.late():
@@ -122,7 +139,7 @@ class ConflictSearch:
         """With no pose at either end that it does not take for every known layout to break something."""
         while True:
             for shorter in selection.shorter():
-                if not any(known.keeps(shorter) for known in self.known):
+                if self._blocked(shorter):
                     selection = shorter
                     break
             else:
@@ -131,22 +148,25 @@ class ConflictSearch:
     def _reduced(self, selection: Selection) -> Selection:
         """Without members that turn out not to be needed, as far as time allows."""
         for element in by_interest(selection.elements):
-            if not self.late() and not self._possible(selection.without(element), 1) and not self.late():
+            if not self.late() and not self._possible(selection.without(element)) and not self.late():
                 selection = selection.without(element)
         untried = list(selection.shorter())
         while untried and not self.late():
             shorter = untried.pop()
-            if not self._possible(shorter, 1) and not self.late():
+            if not self._possible(shorter) and not self.late():
                 selection, untried = shorter, list(shorter.shorter())
         return selection
 
-    def _possible(self, selection: Selection, effort: int) -> bool:
+    def _possible(self, selection: Selection) -> bool:
         """Look for a layout that keeps a selection, at first among those that are known."""
         cell = restricted(self.cell, selection)
         hints = [points for known in self.known if (points := self._hint(known, selection)) is not None]
-        deadline = min(self.deadline, time.perf_counter() + TRIAL_TIME)
-        found = find(cell, deadline, hints[-HINTS:], effort, self.seed)
+        now = time.perf_counter()
+        trial = find(cell, now + SHARE * (self.deadline - now), hints[-HINTS:], self.seed)
+        self.cut_short |= trial.cut_short
+        found = trial.found
         if found is None:
+            self.known = [known.without(selection) if known.keeps(selection) else known for known in self.known]
             return False
         ways = {
             a: extended(self.cell, self.cell.arms[a], point, selection.first, selection.last)
@@ -160,10 +180,4 @@ class ConflictSearch:
         arms = arms_of(self.cell, selection)
         if not known.keeps(selection) or any(a not in known.ways for a in arms):
             return None
-        rows = slice(selection.first, selection.last + 1)
-        return tuple(_of_poses(known.ways[a].point, rows) for a in arms)
-
-
-def _of_poses(point: ArmPoint, rows: slice) -> ArmPoint:
-    joints = point.joints[rows]
-    return replace(point, joints=np.repeat(joints, 2, axis=0) if len(joints) == 1 else joints)
+        return tuple(known.ways[a].between(selection.first, selection.last) for a in arms)

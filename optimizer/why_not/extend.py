@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,8 +13,8 @@ from models.pose import inverse
 from optimizer.path_samples import ObjectPath, follow
 from optimizer.program import ArmPoint
 
-CUTS = 4
-"""Steps in which an arm follows the part from a pose to the next."""
+CUTS = 2, 8
+"""Steps in which an arm follows the part from a pose to the next: at first, and where that fails."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -31,6 +31,11 @@ class Way:
     first: int
     last: int
     lost: tuple[int, ...]
+
+    def between(self, first: int, last: int) -> ArmPoint:
+        """The same base with the joints from one pose to another, both included; a single one is held for two."""
+        rows = np.arange(first, last + 1) if first < last else np.array([first, first])
+        return replace(self.point, joints=self.point.joints[rows])
 
 
 def extended(cell: Cell, arm: Arm, point: ArmPoint, first: int, last: int) -> Way:
@@ -49,7 +54,9 @@ def extended(cell: Cell, arm: Arm, point: ArmPoint, first: int, last: int) -> Wa
     for step in (1, -1):
         pose = last if step > 0 else first
         while 0 <= pose + step < m:
-            q = _next(path, arm, base, joints[pose], pose, cell.grasps(arm)[pose + step], step)
+            grasp = cell.grasps(arm)[pose + step]
+            tries = (_next(path, arm, base, joints[pose], pose, grasp, step, cuts) for cuts in CUTS)
+            q = next((found for found in tries if found is not None), None)
             if q is None:
                 lost.append(pose + step)
                 break
@@ -60,12 +67,12 @@ def extended(cell: Cell, arm: Arm, point: ArmPoint, first: int, last: int) -> Wa
 
 
 def _next(
-    path: ObjectPath, arm: Arm, base: Floats, joints: Floats, pose: int, grasp: Floats, step: int
+    path: ObjectPath, arm: Arm, base: Floats, joints: Floats, pose: int, grasp: Floats, step: int, cuts: int
 ) -> Floats | None:
     """Joints (n,) one pose further; None if the arm cannot follow."""
     before = pose if step > 0 else pose - 1
-    for cut in range(1, CUTS + 1):
-        share = cut / CUTS if step > 0 else 1.0 - cut / CUTS
+    for cut in range(1, cuts + 1):
+        share = cut / cuts if step > 0 else 1.0 - cut / cuts
         flange = path.at(np.array([before]), np.array([share])) @ grasp @ inverse(arm.tool)
         found, good = follow(arm.robot, base, flange, joints[None], joints[None])
         if not good[0]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Sequence
 
+import numpy as np
+
 from models.cell import Cell
 from optimizer.coupled.refine import refine
 from optimizer.coupled.scene import Scene
@@ -15,10 +17,10 @@ from optimizer.why_not.conflict import Conflict, Known
 from optimizer.why_not.elements import Selection, everything, restricted
 from optimizer.why_not.trial import Found, find
 
-TRIAL_TIME = 8.0
-"""s that one trial may take."""
-THOROUGH = 2
-"""Rounds of candidates for changes that resolve the conflict for certain; the others get one."""
+SHARE = 0.3
+"""Share of the time left that one trial may take."""
+GUESSING = 5.0
+"""s that may go into changes of what the conflict does not name: grasps, heights, smaller distances."""
 FIRST_LOOK = 3
 """Combinations refined to see whether a change resolves the conflict."""
 HINTS = 3
@@ -33,8 +35,12 @@ def relaxations(cell: Cell, conflict: Conflict, deadline: float, seed: int) -> t
         deadline: `time.perf_counter` value, soft; what has not been tried by then is left out.
         seed: of the searches.
     """
-    tried = _Trials(cell, conflict, deadline, seed)
-    found = [relaxation for ladder in changes(cell, conflict.selection) for relaxation in tried.climb(ladder)]
+    sure = [ladder for ladder in changes(cell, conflict.selection) if ladder[0].undone]
+    guesses = [ladder for ladder in changes(cell, conflict.selection) if not ladder[0].undone]
+    found: list[Relaxation] = []
+    for ladders, seconds in ((sure, np.inf), (guesses, GUESSING)):
+        trials = _Trials(cell, conflict, min(deadline, time.perf_counter() + seconds), seed)
+        found += [relaxation for ladder in ladders for relaxation in trials.climb(ladder)]
     return tuple(sorted(found, key=lambda relaxation: relaxation.objective))
 
 
@@ -61,16 +67,16 @@ class _Trials:
             return None
         if not change.undone:
             part = restricted(change.cell, self.conflict.selection)
-            if find(part, self._soon(), seed=self.seed, starts=FIRST_LOOK) is None:
+            if find(part, self._soon(), seed=self.seed, starts=FIRST_LOOK).found is None:
                 return None
         known = [self._hint(known) for known in self.conflict.known if self._may_do(known, change)]
         usable = [*hints, *(points for points in known if points)]
-        effort = THOROUGH if change.undone else 1
-        found = find(change.cell, self._soon(), usable[:HINTS], effort, self.seed)
+        found = find(change.cell, self._soon(), usable[:HINTS], self.seed).found
         return None if found is None else self._polished(change.cell, found)
 
     def _soon(self) -> float:
-        return min(self.deadline, time.perf_counter() + TRIAL_TIME)
+        now = time.perf_counter()
+        return now + SHARE * (self.deadline - now)
 
     def _may_do(self, known: Known, change: Change) -> bool:
         """True if a known layout breaks nothing but what the change undoes."""

@@ -17,10 +17,10 @@ from optimizer.program import ArmPoint
 from optimizer.search import ArmSearch, search_arm
 from optimizer.settings import Settings
 
-ARM_TIME = 1.5
+ARM_TIME = 4.0
 """s that the search of one arm alone may take."""
 STARTS = 8
-"""Combinations refined in a round."""
+"""Combinations refined."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -35,49 +35,52 @@ class Found:
     objective: float
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Trial:
+    """How a search ended.
+
+    Attributes:
+        found: a layout, or None, which is no proof that there is none.
+        cut_short: True if time ran out before one round of candidates was through.
+    """
+
+    found: Found | None
+    cut_short: bool = False
+
+
 def find(
-    cell: Cell,
-    deadline: float,
-    hints: Sequence[tuple[ArmPoint, ...]] = (),
-    effort: int = 1,
-    seed: int = 0,
-    starts: int = STARTS,
-) -> Found | None:
-    """The first layout that is found.
+    cell: Cell, deadline: float, hints: Sequence[tuple[ArmPoint, ...]] = (), seed: int = 0, starts: int = STARTS
+) -> Trial:
+    """Look for a layout; the first one will do.
 
     Args:
         cell: any cell, even one without arms.
         deadline: `time.perf_counter` value, soft.
         hints: layouts (one point per arm) that may do as they are, or nearly so.
-        effort: rounds of candidates; each looks at more of them than the one before.
         seed: of the candidates.
-        starts: combinations refined per round.
-
-    Returns:
-        None is no proof: nothing was found within the effort and the time.
+        starts: combinations refined.
     """
     if not cell.arms:
-        return None if obstruction(cell) else Found((), 0.0)
+        return Trial(None if obstruction(cell) else Found((), 0.0))
     scene = Scene.of(cell)
     for hint in hints:
         if clean(scene, hint):
-            return Found(tuple(hint), scene.objective(hint))
+            return Trial(Found(tuple(hint), scene.objective(hint)))
     if obstruction(cell):
-        return None
+        return Trial(None)
     alone = [_alone(cell, arm, deadline, seed) for arm in cell.arms]
     if any(search.best is None for search in alone):
-        return None
+        return Trial(None, not all(search.finished for search in alone))
     optimum = tuple(search.best for search in alone if search.best is not None)
     if clean(scene, optimum):
-        return Found(optimum, scene.objective(optimum))
-    for round_ in range(effort):
-        for start in (*hints, *_combinations(scene, alone, round_, seed, deadline)[:starts]):
-            if time.perf_counter() > deadline:
-                return None
-            refined = refine(scene, start, deadline)
-            if refined.clean:
-                return Found(refined.points, refined.objective)
-    return None
+        return Trial(Found(optimum, scene.objective(optimum)))
+    for start in (*hints, *_combinations(scene, alone, seed, deadline)[:starts]):
+        refined = refine(scene, start, deadline)
+        if refined.clean:
+            return Trial(Found(refined.points, refined.objective))
+        if time.perf_counter() > deadline:
+            break
+    return Trial(None, time.perf_counter() > deadline)
 
 
 def clean(scene: Scene, points: Sequence[ArmPoint]) -> bool:
@@ -93,15 +96,13 @@ def _alone(cell: Cell, arm: Arm, deadline: float, seed: int) -> ArmSearch:
     return search_arm(cell, arm, Settings(seed=seed), min(deadline, time.perf_counter() + ARM_TIME))
 
 
-def _combinations(
-    scene: Scene, alone: Sequence[ArmSearch], round_: int, seed: int, deadline: float
-) -> list[tuple[ArmPoint, ...]]:
+def _combinations(scene: Scene, alone: Sequence[ArmSearch], seed: int, deadline: float) -> list[tuple[ArmPoint, ...]]:
     """Combinations of the arms' candidates, best first."""
     pools = []
     for index, search in enumerate(alone):
-        pool = pool_of(scene, index, search.problem, round_, seed, deadline)
+        pool = pool_of(scene, index, search.problem, 0, seed, deadline)
         if search.best is not None:
             pool = with_optimum(pool, alone_scene(scene.cell, search.arm), search.best, search.objective)
         pools.append(pool)
-    combinations = combine(scene, pools, [search.problem for search in alone], 2**round_, deadline)
+    combinations = combine(scene, pools, [search.problem for search in alone], 1, deadline)
     return [combination.points for combination in combinations]

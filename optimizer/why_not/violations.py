@@ -132,11 +132,11 @@ def _floor(cell: Cell, ways: Mapping[int, Way]) -> Iterator[Violation]:
 def _along(cell: Cell, ways: Mapping[int, Way]) -> Iterator[Violation]:
     """Bodies that come too near to each other, and joint limits between the poses."""
     arms = list(ways)
-    first, last = max((w.first for w in ways.values()), default=0), min((w.last for w in ways.values()), default=0)
-    if not cell.surroundings.clearances.any or first >= last:
+    if not cell.surroundings.clearances.any or not arms:
         return
+    first, last = max(way.first for way in ways.values()), min(way.last for way in ways.values())
     part = replace(cell, arms=tuple(cell.arms[a] for a in arms), couplings=()).part(first, last)
-    points = [replace(ways[a].point, joints=ways[a].point.joints[first : last + 1]) for a in arms]
+    points = [ways[a].between(first, last) for a in arms]
     scene = Scene.of(part)
     samples = sample_path(part, scene.path, scene.bases(points), points)
     if not samples.followed:
@@ -144,8 +144,8 @@ def _along(cell: Cell, ways: Mapping[int, Way]) -> Iterator[Violation]:
     for violation in (*_contacts(scene, samples, points, arms), *_limits(part, samples, arms)):
         yield replace(
             violation,
-            first=None if violation.first is None else violation.first + first,
-            last=None if violation.last is None else violation.last + first,
+            first=None if violation.first is None else min(violation.first + first, last),
+            last=None if violation.last is None else min(violation.last + first, last),
         )
 
 

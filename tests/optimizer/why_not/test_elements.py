@@ -1,0 +1,32 @@
+"""Parts of a cell."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bench.cells import real_cell
+from models.coupling import Direction, Distance, Rail, among
+from optimizer.why_not.elements import Element, Kind, everything, restricted
+
+
+def test_a_selection_keeps_what_is_in_it():
+    cell = real_cell(4).cell
+    whole = everything(cell)
+    same = restricted(cell, whole)
+    assert len(same.arms) == len(cell.arms)
+    assert same.max_joint_step == cell.max_joint_step
+    assert same.surroundings.obstacles == cell.surroundings.obstacles
+    assert np.array_equal(same.task.poses, cell.task.poses)
+    less = restricted(cell, replace(whole.without(Element(Kind.LIMITS, 1, 2)), first=2, last=2))
+    assert len(less.task) == 2
+    assert np.array_equal(less.task.poses[0], cell.task.poses[2])
+    assert np.isinf(less.arms[1].lower[2])
+    assert np.array_equal(less.arms[0].lower, cell.arms[0].lower)
+
+
+def test_couplings_are_renumbered_or_dropped_with_their_arms():
+    assert among(Direction((2, 0), 0.5), [0, 2]) == Direction((1, 0), 0.5)
+    assert among(Rail((1, 2), 0.1, None), [1, 2]) == Rail((0, 1), 0.1, None)
+    assert among(Distance((0, 1), 0.1, 0.2), [0, 2]) is None

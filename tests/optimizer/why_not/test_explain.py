@@ -1,0 +1,59 @@
+"""The whole explanation: in time, and only where it is asked for."""
+
+from __future__ import annotations
+
+import time
+
+from bench.cells import real_cell
+from bench.dense_check import judge
+from optimizer.advice import with_advice
+from optimizer.coupled.scene import Scene
+from optimizer.findings import Explanation
+from optimizer.layout import Outcome
+from optimizer.optimize import optimize
+from optimizer.settings import Settings, ToleranceSettings
+from optimizer.why_not.explain import explain
+from optimizer.why_not.trial import clean
+from tests.support.arms import region
+from tests.support.blocked import (
+    NOTHING,
+    carried,
+    far_box,
+    one_arm,
+)
+
+
+def test_the_time_limit_is_respected():
+    cell = real_cell(43).cell
+    began = time.perf_counter()
+    found = explain(cell, NOTHING, 0, began + 1.0)
+    assert time.perf_counter() - began < 6.0  # one search that is under way is finished
+    assert isinstance(found, Explanation)
+    assert not found.irreducible
+
+
+def test_a_layout_that_turns_up_is_the_answer():
+    cell = one_arm(task=carried(3), obstacles=(far_box(),))
+    found = explain(cell, NOTHING, 0, time.perf_counter() + 60.0)
+    assert isinstance(found, tuple)
+    assert clean(Scene.of(cell), found)
+    rescued = with_advice(
+        cell, NOTHING, Settings(explain=True, tolerance=ToleranceSettings()), lambda what, share: None
+    )
+    assert rescued.outcome is Outcome.FEASIBLE
+    assert rescued.tolerance is not None
+    assert judge(cell, rescued).clean
+
+
+def test_an_impossible_cell_is_explained_if_asked():
+    cell = one_arm(task=carried(4), base=region((1.9, 2.0), (-0.1, 0.1)))
+    assert optimize(cell).explanation is None
+    found = optimize(cell, Settings(explain=True)).explanation
+    assert found is not None
+    assert "base region of main" in found.blocking
+
+
+def test_a_possible_cell_is_not_explained():
+    layout = optimize(one_arm(task=carried(3)), Settings(explain=True, tolerance=ToleranceSettings()))
+    assert layout.explanation is None
+    assert layout.tolerance is not None

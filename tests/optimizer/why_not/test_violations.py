@@ -1,0 +1,70 @@
+"""What a layout breaks, against a slow judge and a layout that is known to break nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.cells import real_cell
+from bench.dense_check import dense_check
+from models.cell import Cell
+from models.surroundings import Surroundings
+from optimizer.optimize import optimize
+from optimizer.program import ArmPoint
+from optimizer.why_not.elements import Kind
+from optimizer.why_not.extend import Way, extended
+from optimizer.why_not.violations import violations
+
+
+@pytest.mark.parametrize("seed", [0, 4, 5])
+def test_a_layout_that_is_known_to_work_breaks_nothing(seed):
+    real = real_cell(seed)
+    assert real.known is not None
+    ways = known_ways(real.cell, real.known)
+    assert violations(real.cell, ways) == ()
+    points = [way.point for way in ways.values()]
+    middle = {
+        a: extended(real.cell, arm, replace(p, joints=p.joints[1:3]), 1, 2)
+        for a, (arm, p) in enumerate(zip(real.cell.arms, points, strict=True))
+    }
+    for a, way in middle.items():
+        assert (way.first, way.last, way.lost) == (0, len(real.cell.task) - 1, ())
+        assert way.point.joints == pytest.approx(points[a].joints, abs=1e-6)
+
+
+def known_ways(cell: Cell, known) -> dict[int, Way]:
+    return {
+        a: Way(ArmPoint(stand[:3], float(stand[3]), q, None), 0, len(q) - 1, ())
+        for a, (stand, q) in enumerate(zip(known.stands, known.joints, strict=True))
+    }
+
+
+@pytest.mark.parametrize("seed", [0, 4, 12, 16])
+def test_what_is_broken_is_what_a_dense_check_finds(seed):
+    """The best layout of arms that know of nothing around them: the same classes, floor, couplings as a slow judge."""
+    cell = real_cell(seed).cell
+    best = optimize(replace(cell, surroundings=Surroundings(), couplings=()))
+    ways = {
+        a: Way(ArmPoint(p.position, p.yaw, p.joints, None), 0, len(cell.task) - 1, ())
+        for a, p in enumerate(best.placements)
+    }
+    found = violations(cell, ways)
+    stands = np.array([[*way.point.position, way.point.yaw] for way in ways.values()])
+    verdict = dense_check(cell, stands, [way.point.joints for way in ways.values()], 0.01, 0.05)
+    kinds = {frozenset(e.kind for e in v.elements) for v in found}
+    asked = cell.surroundings.clearances
+    pairs = {
+        "arm_arm": (frozenset({Kind.ARM}), asked.arm_arm),
+        "arm_part": (frozenset({Kind.ARM, Kind.PART}), asked.arm_part),
+        "arm_obstacle": (frozenset({Kind.ARM, Kind.OBSTACLE}), asked.arm_obstacle),
+        "self": (frozenset({Kind.ARM, Kind.SELF}), asked.self_collision),
+    }
+    for word, (elements, required) in pairs.items():
+        nearest = verdict.nearest.get(word)
+        if nearest is not None and abs(nearest.distance - required) > 0.004:
+            assert (elements in kinds) == (nearest.distance < required), word
+    assert (frozenset({Kind.ARM, Kind.FLOOR}) in kinds) == (verdict.floor_gap < 0.0)
+    coupled = any(Kind.COUPLING in kind for kind in kinds)
+    assert coupled == (verdict.coupling_excess > 1e-6)

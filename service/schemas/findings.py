@@ -58,9 +58,12 @@ class ToleranceResult(Answer):
     angle: float = Field(description="rad, that was asked about.", examples=[0.00175])
     samples: int = Field(description="Layouts with errors that were looked at.", examples=[96])
     feasible: float = Field(description="Share of them that still can do the task.", examples=[1.0])
-    margin: float | None = Field(description="rad, smallest joint margin over the feasible ones.", examples=[0.29])
+    margin: float | None = Field(
+        description="rad, smallest joint margin over those that can be followed; negative beyond a limit.",
+        examples=[0.29],
+    )
     margin_by_sensitivity: float | None = Field(description="rad, its first-order estimate.", examples=[0.29])
-    clearances: Distances = Field(description="Smallest distances over the feasible ones.")
+    clearances: Distances = Field(description="Smallest distances over the same, whatever was asked for.")
     largest: float | None = Field(
         description="Factor on both errors up to which every sampled layout stays feasible.", examples=[4.0]
     )
@@ -84,7 +87,7 @@ class ExplanationResult(Answer):
         description="Without any one of these a layout is found.", examples=[["the clearance of main from the table"]]
     )
     irreducible: bool = Field(
-        description="True if that was tried for each of them; false: time ran out, some may not matter.",
+        description="True if that was tried for each of them; false: time ran out, and these block all layouts met.",
         examples=[True],
     )
     relaxations: list[Relaxation] = Field(description="Changes that help, the best layout first.")

@@ -175,17 +175,18 @@ class Dispatcher:
         task.add_done_callback(self._tasks.discard)
 
     async def _carry_out(self, active: Active) -> None:
-        """One attempt."""
+        """One attempt, and what follows from it."""
+        kept = False
         try:
-            ending = await self._attempt(active)
-        finally:
-            self.release()
-        if ending is None:
-            kept = False
-        elif ending.status is JobStatus.QUEUED:
-            kept = await self._again(active, ending)
-        else:
-            kept = await self._finish(active, ending)
+            try:
+                ending = await self._attempt(active)
+            finally:
+                self.release()
+            if ending is not None:
+                again = ending.status is JobStatus.QUEUED
+                kept = await (self._again if again else self._finish)(active, ending)
+        except Exception:  # nobody else would tell of it
+            log.exception("job %s", active.job.id)
         if not kept:
             self._forget(active)
 
@@ -212,8 +213,10 @@ class Dispatcher:
         except asyncio.CancelledError:
             if not active.called_off:
                 raise
-            # Cancelled jobs are final in the store already; others go back into the queue.
-            return Ending(JobStatus.QUEUED) if active.job.id in self.active else None
+            if active.job.id in self.active:
+                return Ending(JobStatus.QUEUED)
+            metrics.job_finished(JobStatus.CANCELLED.value, active.seconds)
+            return None  # it is final in the store already
         except Exception:  # whatever happens, a job comes to an end
             log.exception("job %s", active.job.id)
             return Ending(JobStatus.FAILED, failure=Failure("internal", "Unexpected error; see the log of the server."))

@@ -117,7 +117,7 @@ class ProcessExecutor:
         while True:
             try:
                 one = await self._started()
-            except (OSError, SolveFailed, TimeoutError) as error:
+            except Exception as error:  # whatever keeps a worker from starting, the next one may start
                 self.workers = {one for one in self.workers if one.alive}
                 log.error("a worker did not start: %r", error)
                 await asyncio.sleep(pause)

@@ -81,6 +81,7 @@ def test_workers_solve_stop_die_and_are_replaced() -> None:
             await too_slow(executor)
             await killed_in_the_middle(executor)
             await killed_while_idle(executor)
+            await without_a_place_to_fork_from(executor)
         finally:
             everybody = pids(executor)
             await executor.stop()
@@ -154,6 +155,18 @@ async def killed_while_idle(executor: ProcessExecutor) -> None:
     await executor.self_test()
     answer = await asyncio.wait_for(executor.solve(SHORT, lambda kind, data: None), 30.0)
     assert answer.outcome == "optimal"
+
+
+async def without_a_place_to_fork_from(executor: ProcessExecutor) -> None:
+    """The process that workers are forked from dies, and so do they: another one is started."""
+    await settled(executor, 3)
+    (first, *_) = pids(executor)
+    forker = int(Path(f"/proc/{first}/stat").read_text().rsplit(")", 1)[1].split()[1])
+    for pid in (forker, *pids(executor)):
+        os.kill(pid, signal.SIGKILL)
+    await asyncio.wait_for(executor.self_test(), 60.0)
+    await settled(executor, 3)
+    assert forker not in pids(executor)
 
 
 def deaf(*arguments: Any) -> Answer:

@@ -1,7 +1,5 @@
 """What PostgreSQL has and SQLite has not: connections that break, and a service that lives on."""
 
-import time
-from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -14,14 +12,7 @@ from service.store.engine import checked_url, make_engine
 from service.store.job_store import StoreUnavailable
 from service.store.sql import SqlJobStore
 from tests.service.conftest import FakeExecutor
-from tests.support.server import line_request
-
-
-def until(condition: Callable[[], bool]) -> None:
-    ends = time.monotonic() + 20.0
-    while not condition():
-        assert time.monotonic() < ends
-        time.sleep(0.05)
+from tests.support.server import line_request, until
 
 
 def cut_all_connections(url: str) -> None:

@@ -174,7 +174,7 @@ def _bend(form: ClosedForm, cosine: Floats) -> tuple[Floats, Floats]:
     return np.pi - value if form.flipped_zero else value, np.maximum(np.abs(ratio) - 1.0 - ROUNDING, 0.0)
 
 
-Components = Sequence[Any]
+Components = Sequence[Any] | Floats
 """x, y and z of vectors, each an array or a number: arrays with three numbers in their last axis are slow."""
 
 

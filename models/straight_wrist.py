@@ -1,9 +1,9 @@
 """Where an arm with a spherical wrist takes a pose with axes 4 and 6 in line: the wrist singularity, in closed form.
 
-The direction of axis 4 is then that of axis 6, which the pose gives, or the opposite. The first three joints turn axis 4
-by the pitch about n and by q1 about axis 1, and two directions that such turns connect leave two values of each. The
-pitch gives the forearm, the height of the base the upper arm (two values), and so the distance of W from axis 1: eight
-ways for every pose and height.
+The direction of axis 4 is then that of axis 6, which the pose gives, or the opposite. The first three joints turn axis
+4 by the pitch about n and by q1 about axis 1, and two directions that such turns connect leave two values of each. The
+pitch gives the forearm, the height of the base the upper arm (two values), and so the distance of W from axis 1:
+eight ways for every pose and height.
 Symbols as in `models.closed_form`.
 """
 
@@ -78,7 +78,7 @@ def straight_wrists(form: ClosedForm, tool_axis: Floats, along: Floats) -> Strai
 
 
 def _between(n: Floats, h1: Floats, on_n: float, on_h1: Floats, side: Floats) -> tuple[Floats, Bools]:
-    """Unit vectors (8, m, 3) with given components on n and h1 (8, m), on one side of their plane; where there are any."""
+    """Unit vectors (8, m, 3) with given components on n and h1 (8, m), on one side of their plane; where they exist."""
     c = float(n @ h1)
     x, y = (on_n - c * on_h1) / (1.0 - c * c), (on_h1 - c * on_n) / (1.0 - c * c)
     square = 1.0 - x * x - y * y - 2.0 * c * x * y

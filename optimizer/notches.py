@@ -1,9 +1,9 @@
 """Notches of the cost: base positions about which a spread of points says nothing.
 
-Where a pose is taken with a straight wrist (axes 4 and 6 in line), these joints may share their turn as they like; close
-by, the direction in which the base is off decides it. So about such a place the cost of that pose takes a whole range of
-values, and the optimum may be at the tip of a notch that is millimetres wide. The places are few and known in closed
-form, so all of them are looked at.
+Where a pose is taken with a straight wrist (axes 4 and 6 in line), these joints may share their turn as they like;
+close by, the direction in which the base is off decides it. So about such a place the cost of that pose takes a whole
+range of values, and the optimum may be at the tip of a notch that is millimetres wide. The places are few and known in
+closed form, so all of them are looked at.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def _best_places(problem: ReducedProblem, box: Floats, most: float) -> tuple[Pla
     if box[2, 1] == box[2, 0]:
         places = straight_places(problem, box, box[2, :1])
         return places, least_costs(problem, places, most)
-    heights, spacing = np.linspace(*box[2], LEVELS), (box[2, 1] - box[2, 0]) / (LEVELS - 1)
+    heights, spacing = np.linspace(box[2, 0], box[2, 1], LEVELS), (box[2, 1] - box[2, 0]) / (LEVELS - 1)
     places = straight_places(problem, box, heights)
     least = least_costs(problem, places, COARSE * most)
     for _ in range(ROUNDS):
@@ -131,8 +131,8 @@ def _within_limits(arm: Arm, joints: Floats) -> Bools:
 def least_costs(problem: ReducedProblem, places: Places, most: float = np.inf) -> Floats:
     """(K,) what a path from each place costs at least; infinite out of reach, and where that is more than ``most``.
 
-    All joints but the first count as in their best turn pose by pose, joints 4 and 6 not at all where the wrist is straight. Some of the
-    poses are looked at first: they alone may cost too much.
+    All joints but the first count as in their best turn pose by pose, joints 4 and 6 not at all where the wrist is
+    straight. Some of the poses are looked at first: they alone may cost too much.
     """
     least = np.full(len(places.pose), np.inf)
     few = np.unique(np.linspace(0, len(problem.positions) - 1, FEW).round().astype(int))

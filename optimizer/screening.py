@@ -108,9 +108,12 @@ def _in_notches(problem: ReducedProblem, box: Floats, found: list[Candidate]) ->
     if not len(around):
         return []
     paths = evaluate_signed(problem, around.reshape(-1, 3), np.repeat(signs, around.shape[1], axis=0))
-    places = [Candidate(circle[0], (s[0], s[1], s[2]), np.inf, np.inf) for circle, s in zip(around, signs.tolist())]
+    places = [
+        Candidate(circle[0], (s[0], s[1], s[2]), np.inf, np.inf)
+        for circle, s in zip(around, signs.tolist(), strict=True)
+    ]
     best = sorted(_keep_best(problem, around, paths, places), key=lambda c: scored(problem, c))[:NOTCHES]
-    return improve(problem, best, box, NOTCH * (box[:, 1] > box[:, 0]), LAST_STEPS)
+    return improve(problem, best, box, NOTCH * (box[:, 1] > box[:, 0]).astype(np.float64), LAST_STEPS)
 
 
 def _spacing(box: Floats, count: int) -> Floats:

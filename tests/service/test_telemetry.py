@@ -35,30 +35,31 @@ from service.app import create_app
 from service.settings import Settings
 
 class Idle:
-    start = stop = lambda self: None
+    start = lambda self: None
     alive = lambda self: 1
+    async def stop(self): pass
     async def self_test(self): pass
 
-with TestClient(create_app(Settings(), Idle())) as client:
+with TestClient(create_app(Settings(data_dir=sys.argv[1]), Idle())) as client:
     assert client.get('/v1/layouts').status_code == 200
 print([name for name in sys.modules if name.startswith(('opentelemetry.sdk', 'opentelemetry.exporter'))])
 """
 
 
-def test_without_configuration_nothing_of_the_sdk_is_loaded() -> None:
+def test_without_configuration_nothing_of_the_sdk_is_loaded(tmp_path: Path) -> None:
     environment = {name: value for name, value in os.environ.items() if not name.startswith("OTEL_")}
-    command = [sys.executable, "-c", UNCONFIGURED]
+    command = [sys.executable, "-c", UNCONFIGURED, str(tmp_path)]
     run = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, check=False)
     assert run.stdout.strip() == "[]", run.stderr
 
 
-def test_requests_are_spans_and_durations(fake: Any, example: dict[str, Any]) -> None:
+def test_requests_are_spans_and_durations(fake: Any, example: dict[str, Any], tmp_path: Path) -> None:
     spans, reader = InMemorySpanExporter(), InMemoryMetricReader()
     tracer = TracerProvider(shutdown_on_exit=False)
     tracer.add_span_processor(SimpleSpanProcessor(spans))
     meter = MeterProvider(metric_readers=[reader], shutdown_on_exit=False)
     providers: TelemetryConfig = {"tracer_provider": tracer, "meter_provider": meter}
-    with TestClient(create_app(Settings(), fake, traces=providers)) as client:
+    with TestClient(create_app(Settings(data_dir=tmp_path), fake, traces=providers)) as client:
         client.post("/v1/layouts", json=example, headers={"traceparent": PARENT})
         client.get("/v1/layouts/none")
         client.get("/healthz")

@@ -7,11 +7,12 @@ import logging
 import time
 from collections import deque
 from collections.abc import Callable
+from contextvars import Context
 from dataclasses import dataclass, field, replace
 from math import ceil
 from typing import Any, TypeVar
 
-from service import metrics
+from service import logs, metrics, telemetry
 from service.executor import Executor, SolveFailed, Task, WorkerDied
 from service.feed import Feed
 from service.job import Ending, Failure, Job, JobEvent, JobStatus
@@ -61,7 +62,6 @@ class Active:
     finished: asyncio.Future[Job | None] = field(default_factory=lambda: asyncio.get_running_loop().create_future())
     solving: asyncio.Task[Answer] | None = None
     called_off: bool = False
-    seconds: float = 0.0
 
     def call_off(self) -> None:
         """Stop the solve."""
@@ -140,6 +140,7 @@ class Dispatcher:
         self.active.pop(job.id, None)
         self._waiting.remove(job.client, job.id)
         self.ended += 1
+        _count(job)
         active.job = job
         active.feed.tell(*events)
         active.feed.close()
@@ -170,9 +171,15 @@ class Dispatcher:
 
     def _start(self, active: Active) -> None:
         active.called_off = active.called_off or self._draining
-        task = asyncio.create_task(self._carry_out(active), name=f"job {active.job.id}")
+        # In a context of its own: the request or job that made room has nothing to do with this one.
+        task = asyncio.create_task(self._observed(active), name=f"job {active.job.id}", context=Context())
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
+
+    async def _observed(self, active: Active) -> None:
+        """`_carry_out`, under its name in logs and traces."""
+        with logs.about(job_id=active.job.id), telemetry.solving(active.job.id):
+            await self._carry_out(active)
 
     async def _carry_out(self, active: Active) -> None:
         """One attempt, and what follows from it."""
@@ -238,8 +245,7 @@ class Dispatcher:
             answer = await active.solving
         finally:
             active.solving = None
-            active.seconds = time.monotonic() - began
-        self._seconds.append(active.seconds)
+        self._seconds.append(time.monotonic() - began)
         return Ending(JobStatus.SUCCEEDED, answer.text, answer.outcome, answer.objective)
 
     async def _again(self, active: Active, why: Ending) -> bool:
@@ -271,7 +277,6 @@ class Dispatcher:
             objective=ending.objective,
             error=None if failure is None else {"code": failure.code, "detail": failure.detail},
         )
-        metrics.job_finished(ending.outcome or (failure.code if failure else str(ending.status)), active.seconds)
         events = [*active.feed.unsaved(), event]
         head = await self._stored(self._store.finish, job.id, job.attempts, ending, events)
         if head is not None:
@@ -294,3 +299,13 @@ class Dispatcher:
                 log.warning("%s: trying again in %.1f s", error.detail, pause)
                 await asyncio.sleep(pause)
                 pause = min(2.0 * pause, LONGEST_PAUSE)
+
+
+def _count(job: Job) -> None:
+    """Metrics and a line in the log for a job that came to an end."""
+    how = job.outcome or (job.status.value if job.failure is None else job.failure.code)
+    facts: dict[str, Any] = {"job_id": job.id, "status": job.status.value, "outcome": how}
+    if job.started_at is not None and job.finished_at is not None:
+        facts["seconds"] = (job.finished_at - job.started_at).total_seconds()
+        metrics.job_finished(how, facts["seconds"])
+    log.info("job ended", extra=facts)

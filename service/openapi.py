@@ -39,6 +39,7 @@ PROBLEMS = {
     "400": "The body is no JSON document.",
     "401": "The service asks for a key and there is none, or an unknown one.",
     "404": "There is nothing of that name.",
+    "409": "Not in its present state: it is in use, has ended, or is being taken in already.",
     "413": "The body is too large.",
     "415": "The body is something else than JSON.",
     "422": "The request cannot be carried out; `errors` says why.",
@@ -94,7 +95,7 @@ ASKED_WITH: dict[str, list[dict[str, Any]]] = {
             "required": False,
             "description": "1 to 255 printable ASCII characters, best a new UUID: the same body with the same key is "
             "carried out once, however often it is sent.",
-            "schema": {"type": "string"},
+            "schema": {"type": "string", "pattern": "^[!#-~][!-~]{0,254}$"},  # quotes around it are taken off
             "example": "8e03978e-40d5-43dd-bc93-6894a57f9324",
         },
     ],
@@ -140,13 +141,11 @@ BODIES = {
     "evaluate_layout": _body("The task, the arms, and where their bases stand.", "EvaluateRequest", EVALUATE_EXAMPLE),
     **{name: _form(form) for name, form in FORMS.items()},
 }
-LAYOUT_LINK = {
-    "layout": {
-        "operationId": "get_layout",
-        "parameters": {"layout_id": "$response.body#/id"},
-        "description": "Where to see what becomes of it.",
-    }
+LAYOUT_LINKS = {
+    operation: {"operationId": operation, "parameters": {"layout_id": "$response.body#/id"}}
+    for operation in ("get_layout", "follow_layout", "cancel_layout", "delete_layout")
 }
+"""What may be asked about a layout that was taken in."""
 TAGS = [
     {"name": "layouts", "description": "Ask for layouts and fetch them."},
     {"name": "robots", "description": "The robots that a request may name: built in, or brought by users."},
@@ -209,7 +208,7 @@ def _complete(operation: dict[str, Any]) -> None:
         if reference.endswith("/ProblemDocument"):
             responses[status] = _problem(PROBLEMS.get(status, responses[status]["description"]))
         if name == "create_layout" and status in ("200", "202"):
-            responses[status]["links"] = LAYOUT_LINK
+            responses[status]["links"] = LAYOUT_LINKS
         headers = [*SENT_WITH.get((name, status), []), *SENT_WITH_STATUS.get(status, []), "X-Request-ID"]
         headers += ["RateLimit-Policy", "RateLimit"] if guarded else []
         responses[status]["headers"] = {header: {"$ref": f"#/components/headers/{header}"} for header in headers}

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from models.errors import DuocellError
 from optimizer.watch import Cancelled, watching
+from service import logs
 from service.frames import receive, send
 from service.self_test import SELF_TEST, check
 
@@ -81,6 +82,7 @@ class Done(NamedTuple):
 
 def main(channel: socket.socket) -> None:
     """The life of a worker: warm up, then one run after the other until the server is gone."""
+    logs.configure()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C in a terminal is meant for the server
     runs: queue.SimpleQueue[Run] = queue.SimpleQueue()
     stops: set[int] = set()

@@ -31,7 +31,7 @@ _NUMBER = re.compile(r"\d{1,15}")
     summary="Follow a layout",
     response_model=None,
     responses={
-        200: {"description": "Events, up to `done`.", "content": {"text/event-stream": {"schema": {"type": "string"}}}},
+        200: {"description": "Events, up to `done`.", "content": {"text/event-stream": {}}},
         204: {"description": "Nothing comes after the event of Last-Event-ID: `done` was the last."},
         **dict.fromkeys((404, 500, 503), PROBLEM),
     },

@@ -113,9 +113,6 @@ def test_every_block_is_checked_by_a_test() -> None:
 # --- compose.yaml -----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.xfail(
-    "database_url" not in Settings.model_fields, strict=True, reason="jobs are not kept in a database yet"
-)
 def test_compose_sets_what_there_is_and_runs_what_there_is() -> None:
     for name in ("duocell", "migrate"):
         service = COMPOSE["services"][name]

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from models.cell import Cell
@@ -188,9 +188,10 @@ def test_no_error_inside_the_largest_tolerance_breaks_anything(seed):
     out /= np.linalg.norm(out)
     gap = nearest_ball(with_ball(cell, joint + 0.4 * out), placements)
     cell = with_ball(cell, joint + (0.4 - gap + 0.01 + rng.uniform(0.002, 0.015)) * out)
+    assume(spare(cell, placements, np.zeros((2, 4))) > 1e-3)  # it may have come near to another link
     size = ToleranceSettings(rng.uniform(1e-3, 4e-3), rng.uniform(1e-3, 4e-3))
     found = tolerance_of(cell, placements, (), size)
-    assert found.largest > 0.0 or spare(cell, placements, np.zeros((2, 4))) < 0.0
+    assert found.largest > 0.0
     largest = np.array([size.position] * 3 + [size.angle]) * found.largest
     for k in range(16):
         error = rng.uniform(-1.0, 1.0, (2, 4))

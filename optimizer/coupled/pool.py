@@ -148,20 +148,23 @@ class _Crowd:
     def __init__(self, apart: float) -> None:
         self._apart = apart
         self.members: list[Member] = []
-        self._places: dict[tuple[int, int, int] | None, list[tuple[Floats, bool]]] = {}
+        self._places: dict[tuple[int, int, int] | None, list[tuple[list[float], bool]]] = {}
 
     def add(self, member: Member) -> None:
         """Take one in."""
         self.members.append(member)
-        self._places.setdefault(member.point.signs, []).append((member.point.position, member.lack <= 0.0))
+        place = member.point.position.tolist()
+        self._places.setdefault(member.point.signs, []).append((place, member.lack <= 0.0))
 
     def admits(self, point: ArmPoint) -> bool:
         """False beside a clean member of the same posture, or in a crowd of others."""
-        beside = [clean for place, clean in self._places.get(point.signs, ()) if self._near(place, point.position)]
+        here = point.position.tolist()
+        beside = [clean for place, clean in self._places.get(point.signs, ()) if self._near(place, here)]
         return not any(beside) and len(beside) < CROWD
 
-    def _near(self, place: Floats, other: Floats) -> bool:
-        return bool(np.max(np.abs(place - other)) < self._apart)
+    def _near(self, place: list[float], other: list[float]) -> bool:
+        (x, y, z), (u, v, w), apart = place, other, self._apart
+        return abs(x - u) < apart and abs(y - v) < apart and abs(z - w) < apart
 
 
 def alone_scene(cell: Cell, arm: Arm) -> Scene:

@@ -19,7 +19,7 @@ from optimizer.settings import Settings
 
 ARM_TIME = 4.0
 """s that the search of one arm alone may take."""
-STARTS = 8
+STARTS = 5
 """Combinations refined."""
 
 

@@ -54,7 +54,6 @@ class Active:
         finished: done when it is; the whole job, or None if this process ends before.
         solving: the solve under way.
         called_off: the solve is to end because the job was cancelled or goes back into the queue.
-        seconds: that the last solve took.
     """
 
     job: Job
@@ -220,10 +219,8 @@ class Dispatcher:
         except asyncio.CancelledError:
             if not active.called_off:
                 raise
-            if active.job.id in self.active:
-                return Ending(JobStatus.QUEUED)
-            metrics.job_finished(JobStatus.CANCELLED.value, active.seconds)
-            return None  # it is final in the store already
+            # Cancelled jobs are final in the store already; others go back into the queue.
+            return Ending(JobStatus.QUEUED) if active.job.id in self.active else None
         except Exception:  # whatever happens, a job comes to an end
             log.exception("job %s", active.job.id)
             return Ending(JobStatus.FAILED, failure=Failure("internal", "Unexpected error; see the log of the server."))

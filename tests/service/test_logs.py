@@ -71,6 +71,21 @@ def test_a_request_is_a_line_with_what_one_looks_for(
     assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d+Z", first["timestamp"])
 
 
+def test_the_lines_of_a_job_name_it_and_no_request(
+    written: Callable[..., Log], client: TestClient, fake: Any, example: dict[str, Any]
+) -> None:
+    """Whatever made room for a job, another job or a request, is not to be found in its lines."""
+    log = written()
+    fake.error = ZeroDivisionError("nobody thought of this")
+    ids = [client.post("/v1/layouts", json=example, headers={"Prefer": "wait=10"}).json()["id"] for _ in range(3)]
+    ended = log.lines("job ended")
+    assert [line["job_id"] for line in ended] == ids
+    assert {line["status"] for line in ended} == {"failed"}
+    broken = [line for line in log.lines() if "ZeroDivisionError" in line.get("exception", "")]
+    assert [line["job_id"] for line in broken] == ids
+    assert not [line for line in ended + broken if "request_id" in line]
+
+
 @pytest.mark.parametrize("given", ["", "a b", "x" * 65, "\u00e4", "a;b", '{"a": 1}'])
 def test_a_request_without_a_usable_name_gets_one(client: TestClient, given: str) -> None:
     names = {client.get("/healthz", headers={"X-Request-ID": given.encode()}).headers["x-request-id"] for _ in "ab"}

@@ -35,11 +35,13 @@ class WorkerProcess:
     """One process, and what it is doing.
 
     Attributes:
+        pid: of the process.
         ended: done when the process is gone; its exit code, negative for a signal.
     """
 
     def __init__(self, process: ForkServerProcess, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._process = process
+        self.pid = process.pid
         self._writer = writer
         self._number = 0
         self._reply: asyncio.Future[Answer] = asyncio.get_running_loop().create_future()
@@ -59,11 +61,6 @@ class WorkerProcess:
         finally:
             theirs.close()
         return cls(process, *await asyncio.open_unix_connection(sock=ours))
-
-    @property
-    def pid(self) -> int | None:
-        """Of the process."""
-        return self._process.pid
 
     @property
     def alive(self) -> bool:
@@ -97,7 +94,8 @@ class WorkerProcess:
 
     def kill(self) -> None:
         """End the process, whatever it is doing; what it was doing ends in `WorkerDied`."""
-        self._process.kill()
+        if self.alive:
+            self._process.kill()
 
     async def _attend(self, reader: asyncio.StreamReader) -> int:
         """Take messages until the process is gone."""
@@ -116,6 +114,7 @@ class WorkerProcess:
             self._writer.close()
         await asyncio.to_thread(self._process.join)
         exit_code = self._process.exitcode or 0
+        self._process.close()  # two pipes, which would stay open until some later collection of garbage
         if not self._reply.done():
             self._reply.set_exception(WorkerDied(_obituary(exit_code)))
             self._reply.exception()  # nobody need be waiting for it

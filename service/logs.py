@@ -20,6 +20,9 @@ from service.settings import Logging
 OURS = ("service", "optimizer", "models", "uvicorn")
 """Loggers that the level is set for; of the other libraries only warnings count."""
 
+CHILDREN = ("uvicorn.error", "uvicorn.asgi")
+"""Loggers that take the level of their parent."""
+
 NEVER = "uvicorn.access"
 """What `service.middleware.observe` says already, and without the query strings."""
 
@@ -37,6 +40,8 @@ def configure(settings: Logging | None = None) -> None:
         logger = logging.getLogger(name)
         logger.setLevel(_number(settings.log_level))
         logger.handlers, logger.propagate = [], True  # uvicorn may have been given others before
+    for name in CHILDREN:
+        logging.getLogger(name).setLevel(logging.NOTSET)  # uvicorn may have given them levels of their own
     logging.getLogger(NEVER).disabled = True
 
 

@@ -46,8 +46,9 @@ class ProcessExecutor:
         self._data_dir = None if data_dir is None else data_dir.absolute()
         self._size = workers + 1
         self._solve = solve
-        self._idle: list[WorkerProcess] = []  # the one used last is used next: its caches fit best
-        self._returned = asyncio.Condition()
+        # The one used last is used next: its caches fit best.
+        self._idle: asyncio.LifoQueue[WorkerProcess] = asyncio.LifoQueue()
+        self._busy: set[WorkerProcess] = set()
         self.workers: set[WorkerProcess] = set()
         self._warm: set[WorkerProcess] = set()
         self._ready = asyncio.Event()
@@ -94,7 +95,7 @@ class ProcessExecutor:
 
     def busy(self) -> set[WorkerProcess]:
         """Workers that do something."""
-        return self._warm - set(self._idle)
+        return self._warm & self._busy
 
     async def stop(self) -> None:
         """See `Executor`."""
@@ -105,9 +106,9 @@ class ProcessExecutor:
         for one in self.workers:
             one.kill()
         await asyncio.gather(*(one.ended for one in self.workers))
-        for collection in (self.workers, self._warm):
+        for collection in (self.workers, self._warm, self._busy):
             collection.clear()
-        self._idle.clear()
+        self._idle = asyncio.LifoQueue()
 
     # ----------------------------------------------------------------------------------------------------- the workers
 
@@ -124,7 +125,7 @@ class ProcessExecutor:
                 pause = min(2.0 * pause, LONGEST_PAUSE)
                 continue
             pause = FIRST_PAUSE
-            await self._put_back(one)
+            self._put_back(one)
             exit_code = await asyncio.shield(one.ended)
             self.deaths += 1
             metrics.worker_died(exit_code)
@@ -139,7 +140,8 @@ class ProcessExecutor:
         one = await WorkerProcess.start()
         self.workers.add(one)
         try:
-            answer = await asyncio.wait_for(one.warm(), WARM_WITHIN)
+            async with asyncio.timeout(WARM_WITHIN):
+                answer = await one.warm()
             if answer.text is None:
                 raise SolveFailed(answer.code, answer.detail)
         except BaseException:
@@ -153,21 +155,19 @@ class ProcessExecutor:
         """A warm worker that does nothing at the moment."""
         self.start()
         try:
-            async with asyncio.timeout(WARM_WITHIN), self._returned:
-                while True:
-                    await self._returned.wait_for(lambda: bool(self._idle))
-                    one = self._idle.pop()
-                    if one.alive:
-                        return one
+            async with asyncio.timeout(WARM_WITHIN):
+                while not (one := await self._idle.get()).alive:
+                    pass  # it died while it waited
         except TimeoutError as error:
             raise SolveFailed("no-worker", "No worker could be started. See the log of the server.") from error
+        self._busy.add(one)
+        return one
 
-    async def _put_back(self, one: WorkerProcess) -> None:
+    def _put_back(self, one: WorkerProcess) -> None:
         """A worker can be used (again), if it lives."""
+        self._busy.discard(one)
         if one.alive:
-            async with self._returned:
-                self._idle.append(one)
-                self._returned.notify()
+            self._idle.put_nowait(one)
 
     # -------------------------------------------------------------------------------------------------------- the runs
 
@@ -206,7 +206,7 @@ class ProcessExecutor:
             answer = reply.result()
         finally:
             called_off.cancel()
-            await self._put_back(one)
+            self._put_back(one)
         if answer.text is None:
             stopped = answer.code == worker.STOPPED
             raise SolveFailed("time-limit", too_late) if stopped else SolveFailed(answer.code, answer.detail)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 import multiprocessing
+import os
 import signal
 import socket
 from collections.abc import Callable
@@ -93,9 +95,13 @@ class WorkerProcess:
             self._writer.write(frame(Stop(self._number)))
 
     def kill(self) -> None:
-        """End the process, whatever it is doing; what it was doing ends in `WorkerDied`."""
-        if self.alive:
-            self._process.kill()
+        """End the process, whatever it is doing; what it was doing ends in `WorkerDied`.
+
+        Not by `multiprocessing`, which takes it for dead once the process it was forked from is gone.
+        """
+        if self.alive and self.pid is not None:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(self.pid, signal.SIGKILL)
 
     async def _attend(self, reader: asyncio.StreamReader) -> int:
         """Take messages until the process is gone."""

@@ -65,7 +65,7 @@ def test_a_job_whose_worker_is_killed_is_tried_again_and_others_do_not_notice(
 ) -> None:
     for _ in range(3):
         solve_short(client)  # both workers know it
-    location = client.post("/v1/layouts", json=line_request(400, "victim")).headers["location"]
+    location = client.post("/v1/layouts", json=line_request(1000, "victim")).headers["location"]
     until(
         lambda: any(kind == "stage" for _, kind, _ in running_events(client, location)), what="the start of the solve"
     )

@@ -3,6 +3,7 @@
 import asyncio
 import copy
 import json
+import multiprocessing
 import os
 import signal
 import time
@@ -59,6 +60,10 @@ def running(pid: int) -> bool:
         return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
     except OSError:
         return False
+
+
+def parent(pid: int) -> int:
+    return int(Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[1])
 
 
 async def settled(executor: ProcessExecutor, workers: int) -> None:
@@ -161,7 +166,7 @@ async def without_a_place_to_fork_from(executor: ProcessExecutor) -> None:
     """The process that workers are forked from dies, and so do they: another one is started."""
     await settled(executor, 3)
     (first, *_) = pids(executor)
-    forker = int(Path(f"/proc/{first}/stat").read_text().rsplit(")", 1)[1].split()[1])
+    forker = parent(first)
     for pid in (forker, *pids(executor)):
         os.kill(pid, signal.SIGKILL)
     await asyncio.wait_for(executor.self_test(), 60.0)
@@ -197,6 +202,33 @@ def test_who_does_not_listen_is_killed_after_a_grace() -> None:
             await executor.self_test()
         finally:
             await executor.stop()
+
+    asyncio.run(story())
+
+
+def test_workers_can_be_ended_when_the_process_they_were_forked_from_is_gone() -> None:
+    """`multiprocessing` takes its children for dead then; a solve beyond its time must be killed all the same."""
+
+    async def story() -> None:
+        executor = ProcessExecutor(1, solve=deaf)
+        try:
+            await executor.self_test()
+            await settled(executor, 2)
+            forker = parent(min(pids(executor)))
+            os.kill(forker, signal.SIGKILL)
+            while running(forker):
+                await asyncio.sleep(0.01)
+            multiprocessing.active_children()  # looks at all of them, as does the start of any process
+            began = time.monotonic()
+            with pytest.raises(SolveFailed) as caught:
+                await executor.solve(task(3, 0.1), lambda kind, data: None)
+            assert caught.value.code == "time-limit"
+            assert time.monotonic() - began < 0.1 + GRACE + 1.0
+        finally:
+            everybody = pids(executor)
+            await asyncio.wait_for(executor.stop(), 10.0)
+        assert everybody
+        assert not any(running(pid) for pid in everybody)
 
     asyncio.run(story())
 

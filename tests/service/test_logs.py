@@ -164,6 +164,7 @@ def test_what_is_bound_stands_in_every_line_inside_and_in_none_outside(written: 
 
 def test_levels_and_other_libraries(written: Callable[..., Log], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(logging.getLogger("uvicorn"), "propagate", False)  # as uvicorn's own configuration leaves it
+    monkeypatch.setattr(logging.getLogger("uvicorn.error"), "level", logging.ERROR)
     log = written(log_level="warning")
     for name in ("service.x", "optimizer.x", "uvicorn.error", "ssik", "alembic"):
         logging.getLogger(name).info("said at info by %s", name)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -121,18 +121,19 @@ def _spherical(
     """Fill joints (6, elbow, wrist, ..., m) and missing (elbow, wrist, ..., m) for one shoulder, spherical wrist."""
     form, turned, first = plane.seen.form, plane.seen.turned, plane.first
     h1, h4, h5, h6 = form.axes[0], form.axes[3], form.axes[4], form.axes[5]
-    tool_axis = _rotated(turned @ h6, h1, -first)
+    turn = _Turn(h1, first)
+    tool_axis = turn.back(_components(turned @ h6))
     for e, elbow in enumerate(elbows):
         second, third, short = _triangle(form, plane.front, plane.height, -plane.shoulder * elbow)
-        pitch = second + third
-        seen = _rotated(tool_axis, form.n, -pitch)
-        fore_axis = _rotated(_rotated(np.broadcast_to(h4, seen.shape), form.n, pitch), h1, first)
-        fore_seen = _transposed(turned, fore_axis)
-        bend, cone = _bend(form, seen @ h4)
+        pitch = _Turn(form.n, second + third)
+        seen = pitch.back(tool_axis)
+        fore_seen = _transposed(turned, turn.on(pitch.on(h4)))
+        bend, cone = _bend(form, _dot(h4, seen))
         for f, wrist in enumerate(wrists):
             fifth = form.wrist_zero + wrist * bend
-            fourth = _turn(h4, _rotated(h6, h5, fifth), seen)
-            sixth = -_turn(h6, _rotated(h4, h5, -fifth), fore_seen)
+            bent = _Turn(h5, fifth)
+            fourth = _angle(h4, bent.on(h6), seen)
+            sixth = -_angle(h6, bent.back(h4), fore_seen)
             joints[:, e, f] = first, form.turns[1] * second, form.turns[2] * third, fourth, fifth, sixth
             missing[e, f] = plane.missing + short + cone
 
@@ -143,14 +144,15 @@ def _three_parallel(
     """Fill joints (6, elbow, wrist, ..., m) and missing (elbow, wrist, ..., m) for one shoulder of parallel axes."""
     form, turned, first = plane.seen.form, plane.seen.turned, plane.first
     h1, h5, h6, n, turns = form.axes[0], form.axes[4], form.axes[5], form.n, form.turns
-    n_seen = _transposed(turned, _rotated(n, h1, first))
-    bend, cone = _bend(form, n_seen @ h6)
+    turn = _Turn(h1, first)
+    n_seen = _transposed(turned, turn.on(n))
+    bend, cone = _bend(form, _dot(h6, n_seen))
     hand = form.planar.hand
     for f, wrist in enumerate(wrists):
         fifth = form.wrist_zero + wrist * bend
-        sixth = -_turn(h6, _rotated(n, h5, -fifth), n_seen)
-        fifth_axis = _rotated(_applied(turned, _rotated(h5, h6, -sixth)), h1, -first)
-        pitch = _turn(n, h5, fifth_axis)
+        sixth = -_angle(h6, _Turn(h5, fifth).back(n), n_seen)
+        fifth_axis = turn.back(_applied(turned, _Turn(h6, sixth).back(h5)))
+        pitch = _angle(n, h5, fifth_axis)
         cos, sin = np.cos(pitch), np.sin(pitch)
         front = plane.front - (hand[0] * cos + hand[1] * sin)
         height = plane.height - (hand[1] * cos - hand[0] * sin)
@@ -172,36 +174,68 @@ def _bend(form: ClosedForm, cosine: Floats) -> tuple[Floats, Floats]:
     return np.pi - value if form.flipped_zero else value, np.maximum(np.abs(ratio) - 1.0 - ROUNDING, 0.0)
 
 
-def _rotated(vectors: Floats, axis: Floats, angle: Floats) -> Floats:
-    """Rodrigues: ``vectors`` (..., 3) turned about a fixed unit ``axis`` (3,) by ``angle`` (...)."""
-    cos, sin = np.cos(angle)[..., None], np.sin(angle)[..., None]
-    cross = vectors @ np.array([[0.0, axis[2], -axis[1]], [-axis[2], 0.0, axis[0]], [axis[1], -axis[0], 0.0]])
-    along = (vectors @ axis)[..., None] * axis
-    turned: Floats = along + (vectors - along) * cos + cross * sin
-    return turned
+Components = Sequence[Any] | Floats
+"""x, y and z of vectors, each an array or a number: arrays with three numbers in their last axis are slow."""
 
 
-def _turn(axis: Floats, start: Floats, end: Floats) -> Floats:
-    """Angle (...) about ``axis`` that takes direction ``start`` (..., 3) to ``end`` (..., 3)."""
-    cross_x = start[..., 1] * end[..., 2] - start[..., 2] * end[..., 1]
-    cross_y = start[..., 2] * end[..., 0] - start[..., 0] * end[..., 2]
-    cross_z = start[..., 0] * end[..., 1] - start[..., 1] * end[..., 0]
-    sine = axis[0] * cross_x + axis[1] * cross_y + axis[2] * cross_z
-    cosine = np.sum(start * end, axis=-1) - (start @ axis) * (end @ axis)
-    angle: Floats = np.arctan2(sine, cosine)
-    return angle
+class _Turn:
+    """The turn about a fixed unit ``axis`` (3,) by ``angle`` (...), after Rodrigues."""
+
+    def __init__(self, axis: Floats, angle: Floats) -> None:
+        self.axis, self.cos, self.sin = axis, np.cos(angle), np.sin(angle)
+
+    def on(self, vector: Components) -> Components:
+        """The vector, turned."""
+        return self._turned(vector, self.sin)
+
+    def back(self, vector: Components) -> Components:
+        """The vector, turned the other way."""
+        return self._turned(vector, -self.sin)
+
+    def _turned(self, vector: Components, sin: Floats) -> Components:
+        axis, cos = self.axis, self.cos
+        along = _dot(axis, vector)
+        turned = []
+        for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+            value = cos * vector[i]
+            if axis[i]:  # many axes are coordinate axes
+                value += (1.0 - cos) * (axis[i] * along)
+            if axis[j]:
+                value += sin * (axis[j] * vector[k])
+            if axis[k]:
+                value -= sin * (axis[k] * vector[j])
+            turned.append(value)
+        return turned
 
 
-def _applied(matrices: Floats, vectors: Floats) -> Floats:
-    """``matrices @ vectors`` for (..., 3, 3) and (..., 3)."""
-    product: Floats = np.einsum("...ij,...j->...i", matrices, vectors)
-    return product
+def _angle(axis: Floats, start: Components, end: Components) -> Floats:
+    """Angle (...) about ``axis`` that takes direction ``start`` to ``end``."""
+    sine, cosine = 0.0, -_dot(axis, start) * _dot(axis, end)
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        cosine = cosine + start[i] * end[i]
+        if axis[i]:
+            sine = sine + axis[i] * (start[j] * end[k] - start[k] * end[j])
+    return np.asarray(np.arctan2(sine, cosine))
 
 
-def _transposed(matrices: Floats, vectors: Floats) -> Floats:
-    """``matricesᵀ @ vectors`` for (..., 3, 3) and (..., 3)."""
-    product: Floats = np.einsum("...ji,...j->...i", matrices, vectors)
-    return product
+def _dot(axis: Floats, vector: Components) -> Any:
+    """Component along ``axis`` (3,)."""
+    return sum(axis[i] * vector[i] for i in range(3) if axis[i])
+
+
+def _components(vectors: Floats) -> Components:
+    """Of vectors (..., 3)."""
+    return [vectors[..., 0], vectors[..., 1], vectors[..., 2]]
+
+
+def _applied(matrices: Floats, vector: Components) -> Components:
+    """``matrices @ vector`` for matrices (..., 3, 3)."""
+    return [sum(matrices[..., i, j] * vector[j] for j in range(3)) for i in range(3)]
+
+
+def _transposed(matrices: Floats, vector: Components) -> Components:
+    """``matricesᵀ @ vector`` for matrices (..., 3, 3)."""
+    return [sum(matrices[..., j, i] * vector[j] for j in range(3)) for i in range(3)]
 
 
 def posture_terms(

@@ -25,6 +25,12 @@ from optimizer.solve import Solve, solve_program
 CUT_ROUNDS = 25
 TRUST, SMALLEST_TRUST, ALLOWED = 0.4, 1e-3, 0.1
 """rad that joints may move in a round of cuts, at first and at least; share of the conditioning a round may lose."""
+CLOSE = 0.002
+"""Share of the conditioning that an answer may lack if the next one may be further away."""
+SHRINK, HALVE, GROW = 0.3, 0.5, 1.5
+"""What becomes of the radius with an answer that is refused, lacks something, or does not."""
+LESS = 0.01
+"""An answer with a higher objective must lack at least this share less of the conditioning than all before."""
 NUDGE = 1e-4
 """Cuts aim at this fraction more than what is asked for, so that their last error does no harm."""
 SETTLED = 1e-7
@@ -89,8 +95,9 @@ def _keep_conditioning(
     """Solve with tangents of σmin/σmax >= min_conditioning, renewed at every answer until they no longer move it.
 
     Fixed points satisfy the optimality conditions of the constraint itself. With a finite ``radius`` [rad] joints may
-    leave the last accepted answer by no more than that; an answer where the tangents promised too much is refused and
-    the radius shrinks. Without one, the way is shorter but may lose itself.
+    leave the last accepted answer by no more than that; an answer that is worse than an earlier one in objective and
+    conditioning (a filter), or where the tangents promised too much, is refused and the radius shrinks. Without one,
+    the way is shorter but may lose itself.
 
     Returns:
         The best answer that holds the constraint, or None.
@@ -99,28 +106,39 @@ def _keep_conditioning(
     point, before = start, np.inf
     values, gradients = conditioning_gradients(arm, point.joints)
     best: Solve | None = None
+    seen: list[tuple[float, float]] = []
     for _ in range(CUT_ROUNDS):
         cuts = _cuts(point.joints, wanted, values, gradients)
         keep = point.signs is not None
         result = _solve(cell, arm, point, deadline, keep_shoulder=keep, steps=steps, cuts=cuts, radius=radius)
         if time.perf_counter() > deadline or radius < SMALLEST_TRUST:
             break
-        lowest = -np.inf
+        lacks = np.inf
         if result.status.has_point:
             new_values, new_gradients = conditioning_gradients(arm, result.points[0].joints)
-            lowest = float(np.min(new_values))
-        if not result.status.has_point and not np.isfinite(radius):
-            break
-        if np.isfinite(radius) and lowest < min(wanted, float(np.min(values))) - ALLOWED * wanted:
-            radius *= 0.3
-            continue
-        point, values, gradients, radius = result.points[0], new_values, new_gradients, 1.5 * radius
-        if lowest >= wanted:
+            lacks = max(wanted - float(np.min(new_values)), 0.0)
+        if lacks == 0.0 and np.isfinite(before) and abs(result.objective - before) <= SETTLED * max(1.0, before):
             best = result if best is None or result.objective < best.objective else best
-            if abs(result.objective - before) <= SETTLED * max(1.0, before):
+            break
+        lacked = max(wanted - float(np.min(values)), 0.0) if np.isfinite(radius) else np.inf
+        if lacks == np.inf or lacks > lacked + ALLOWED * wanted or _dominated((result.objective, lacks), seen):
+            if not np.isfinite(radius):
                 break
+            radius *= SHRINK
+            continue
+        point, values, gradients = result.points[0], new_values, new_gradients
+        radius *= GROW if lacks <= CLOSE * wanted else HALVE
+        seen.append((result.objective, lacks))
         before = result.objective
+        if lacks == 0.0 and (best is None or result.objective < best.objective):
+            best = result
     return best
+
+
+def _dominated(one: tuple[float, float], seen: list[tuple[float, float]]) -> bool:
+    """Whether something seen is about as good in the objective and in what it lacks of the conditioning."""
+    objective, lacks = one
+    return any(objective >= (1.0 - SETTLED) * known and lacks >= (1.0 - LESS) * lacked for known, lacked in seen)
 
 
 def _cuts(joints: Floats, wanted: float, values: Floats, gradients: Floats) -> Cuts:

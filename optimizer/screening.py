@@ -9,23 +9,28 @@ import numpy as np
 from models.arrays import Bools, Floats, Ints
 from models.posture import ALL_SIGNS
 from optimizer.box import spread
+from optimizer.notches import notches
 from optimizer.reduced import Paths, ReducedProblem, conditioning_shortfall, evaluate, evaluate_signed
 from optimizer.watch import check_stop
 
+COARSE_POSES = 8
+"""Poses that the points of the spread are looked at with."""
 SAMPLED_POSES = 32
-"""Poses a long task is screened with; what comes out is checked on all of them."""
-POINTS = {0: 1, 1: 64, 2: 128, 3: 1024}
+"""Poses of a long task that the best of them are improved with; what comes out is checked on all."""
+POINTS = {0: 1, 1: 64, 2: 256, 3: 1536}
 """Base positions of the first round by number of free coordinates; each has eight postures."""
 ROUNDS = 4
 """A later round has four times the points of the one before, and is run only while nothing usable was found."""
-VALLEYS, NEIGHBOURS, LOOKED_AT = 5, 1.6, 512
+VALLEYS, NEIGHBOURS, LOOKED_AT = 8, 1.1, 512
 """Valleys followed per posture; spacings within which points are neighbours; points of a posture looked at."""
 MORE_USABLE = 3
 """Usable candidates improved beside the valleys, which may lie outside the limits."""
 CLOUD = 10
 """Points strewn around each of them; the cloud shrinks to half in each step."""
-ALL_STEPS, LAST_STEPS, LAST = 2, 3, 10
+FIRST_STEPS, LAST_STEPS, LAST = 1, 4, 10
 """Steps with all candidates, and further ones with the best of them."""
+NOTCHES, NOTCH = 3, 2e-3
+"""Notches of the cost to be looked into, and how far from their tips (m)."""
 CHUNK = 1024
 """Positions evaluated at once, to bound memory."""
 THINNED = 2
@@ -59,11 +64,13 @@ class Screen:
 
     Attributes:
         candidates: distinct, best first.
+        notches: best points about places where the cost may fall below all that is usable among the candidates.
         evaluated: base × posture pairs looked at.
         problem: the (possibly sampled) task they were scored on.
     """
 
     candidates: list[Candidate]
+    notches: list[Candidate]
     evaluated: int
     problem: ReducedProblem
 
@@ -80,16 +87,33 @@ def screen(problem: ReducedProblem, box: Floats, seed: int, round_: int = 0) -> 
     Returns:
         Candidates improved on the sampled task.
     """
-    small = problem.sampled(SAMPLED_POSES).stricter(10.0**round_)
+    coarse, small = (problem.sampled(poses).stricter(10.0**round_) for poses in (COARSE_POSES, SAMPLED_POSES))
     count = POINTS[int(np.sum(box[:, 1] > box[:, 0]))]
     if count > 1:
         count *= 4**round_ * (THINNED if problem.arm.min_conditioning is not None else 1)
     points = spread(box, count, seed + round_)
     spacing = _spacing(box, len(points))
-    found = improve(small, _pick(small, points, spacing), box, spacing)
+    picked = improve(coarse, _pick(coarse, points, spacing), box, spacing, FIRST_STEPS)
+    picked.sort(key=lambda c: scored(coarse, c))
+    found = improve(small, picked[:LAST], box, 0.5**FIRST_STEPS * spacing, LAST_STEPS)
     found.sort(key=lambda c: scored(small, c))
     evaluated = len(points) * int(np.sum(problem.postures))
-    return Screen(distinct(found, 0.05 * spacing), evaluated, small)
+    return Screen(distinct(found, 0.05 * spacing), _in_notches(small, box, found), evaluated, small)
+
+
+def _in_notches(problem: ReducedProblem, box: Floats, found: list[Candidate]) -> list[Candidate]:
+    """The best point about every place where the cost may fall below that of the usable candidates, in a notch."""
+    known = min((candidate.objective for candidate in found if candidate.violation == 0.0), default=np.inf)
+    around, signs = notches(problem, box, known)
+    if not len(around):
+        return []
+    paths = evaluate_signed(problem, around.reshape(-1, 3), np.repeat(signs, around.shape[1], axis=0))
+    places = [
+        Candidate(circle[0], (s[0], s[1], s[2]), np.inf, np.inf)
+        for circle, s in zip(around, signs.tolist(), strict=True)
+    ]
+    best = sorted(_keep_best(problem, around, paths, places), key=lambda c: scored(problem, c))[:NOTCHES]
+    return improve(problem, best, box, NOTCH * (box[:, 1] > box[:, 0]).astype(np.float64), LAST_STEPS)
 
 
 def _spacing(box: Floats, count: int) -> Floats:
@@ -119,10 +143,11 @@ def _valleys(score: Floats, points: Floats, spacing: Floats) -> list[int]:
     """The best points of one posture that no neighbour betters: one for each valley the spread can tell apart."""
     best = np.argsort(score, kind="stable")[:LOOKED_AT]
     best = best[np.isfinite(score[best])]
-    if not len(best):
-        return []
-    apart = np.abs(points[best][:, None, :] - points[best]) <= NEIGHBOURS * spacing
-    better = np.tril(np.all(apart, axis=2), -1)  # points are in order: an earlier one is better
+    apart = np.ones((len(best), len(best)), dtype=bool)
+    for places, reach in zip(points[best].T, NEIGHBOURS * spacing, strict=True):
+        if reach > 0.0:
+            apart &= np.abs(places[:, None] - places) <= reach
+    better = np.tril(apart, -1)  # points are in order: an earlier one is better
     return [int(i) for i in best[~np.any(better, axis=1)][:VALLEYS]]
 
 
@@ -166,20 +191,20 @@ def distinct(candidates: list[Candidate], spacing: Floats) -> list[Candidate]:
     return kept
 
 
-def improve(problem: ReducedProblem, candidates: list[Candidate], box: Floats, spacing: Floats) -> list[Candidate]:
-    """Improve all candidates together: points are strewn around each, the best is kept, the cloud shrinks.
+def improve(
+    problem: ReducedProblem, candidates: list[Candidate], box: Floats, radius: Floats, steps: int
+) -> list[Candidate]:
+    """Improve all candidates together: points are strewn around each, the best is kept, the cloud shrinks by half.
 
     No derivatives, so the edges of the allowed set do no harm; the local solver does the last digits.
     """
-    if not candidates or not np.any(spacing > 0.0):
+    if not candidates or not np.any(radius > 0.0):
         return candidates
     cloud = 2.0 * spread(np.array([[0.0, 1.0]] * 3), CLOUD, 7) - 1.0
     cloud[0] = 0.0
-    best, radius = candidates, spacing
-    for step in range(ALL_STEPS + LAST_STEPS):
+    best = candidates
+    for _ in range(steps):
         check_stop()
-        if step == ALL_STEPS:
-            best = sorted(best, key=lambda c: scored(problem, c))[:LAST]
         centres = np.array([c.position for c in best])
         signs = np.repeat(np.array([c.signs for c in best], dtype=np.int64), CLOUD, axis=0)
         points = np.clip(centres[:, None, :] + cloud * radius, box[:, 0], box[:, 1])

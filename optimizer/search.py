@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field
+from itertools import zip_longest
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from optimizer.events import Screened, Started
 from optimizer.general import different, screen_general
 from optimizer.layout import Reason
 from optimizer.local import solve_locally
+from optimizer.measure import objective_of
 from optimizer.program import ArmPoint
 from optimizer.reasons import explain_general, explain_proof, explain_reach, explain_reduced
 from optimizer.reduced import ReducedProblem, evaluate_signed, reduced_problem
@@ -30,12 +32,16 @@ GENERAL_STARTS = 10
 """Local solves of an arm without one: its branches are only sampled."""
 WORTH = 1.2
 """Starts scored this much above the best usable one are not worth a solve: screening is precise to a few percent."""
+DEEPER = 1.05
+"""A notch may be this much deeper than what is seen of it."""
 DECIDE_TIME, DECIDE_GAP = 5.0, 1e-3
 """s and relative gap of the branch and bound that decides whether a task without a usable candidate is possible."""
 SHARE = 0.5
 """Share of the time left that one local solve may take: a start that struggles must not use up the others' time."""
 LEVEL = 1e-3
 """Relative rise of the cost that counts as level."""
+ROUNDED = 1e-6
+"""m and rad by which a local optimum may seem to break limits that are active."""
 WAY = np.linspace(0.0, 1.0, 9)
 """Places looked at on the way from a candidate to an optimum."""
 LONG_TASK = 200
@@ -51,7 +57,8 @@ class ArmSearch:
         best: best usable point, or None.
         objective: E there; infinite without a point.
         candidates: bases × postures looked at. starts: local solves.
-        basins: how often each distinct local optimum was reached, best first: (objective, hits).
+        optima: usable points that local solves ended in, best first: (objective, point).
+        basins: how often each distinct one was reached, best first: (objective, hits).
         finished: False if time ran out.
         reasons: why there is no point. proved: True if that is certain.
         problem: the reduced problem, for a certificate; None for arms without one.
@@ -62,6 +69,7 @@ class ArmSearch:
     objective: float = np.inf
     candidates: int = 0
     starts: int = 0
+    optima: list[tuple[float, ArmPoint]] = field(default_factory=list)
     basins: list[tuple[float, int]] = field(default_factory=list)
     finished: bool = True
     reasons: tuple[Reason, ...] = ()
@@ -108,7 +116,8 @@ def _search_reduced(
 def _decide(cell: Cell, search: ArmSearch, problem: ReducedProblem, deadline: float) -> bool:
     """Let branch and bound say whether the arm can do the task at all; True if that settles the search.
 
-    It finds usable paths in corners that a spread of points misses, and knows when there are none.
+    It finds usable paths in corners that a spread of points misses, and knows when there are none. What it finds before
+    its time is up may not be the best.
     """
     limit = min(DECIDE_TIME, max(deadline - time.perf_counter(), 0.0))
     proof = certify(problem, None, CertificateSettings(gap=DECIDE_GAP, time_limit=limit))
@@ -118,7 +127,7 @@ def _decide(cell: Cell, search: ArmSearch, problem: ReducedProblem, deadline: fl
     elif proof.found is not None:
         start = path_from(problem, proof.found.position, proof.found.signs)
         _keep(search, _solve(cell, search, start, deadline))
-    return proof.infeasible or search.best is not None
+    return proof.infeasible or (proof.proved and search.best is not None)
 
 
 def _solve_candidates(cell: Cell, search: ArmSearch, problem: ReducedProblem, found: Screen, deadline: float) -> None:
@@ -129,11 +138,30 @@ def _solve_candidates(cell: Cell, search: ArmSearch, problem: ReducedProblem, fo
     while waiting and time.perf_counter() < deadline and search.starts < most * (1 if optima else 2):
         candidate = waiting.pop(0)
         reached = _solve(cell, search, path_from(problem, candidate.position, candidate.signs), deadline)
+        reached += _turned(cell, search, problem, reached, deadline)
         optima += reached
         for _, point in reached:
             waiting = _elsewhere(found.problem, waiting, point)
+    for notch in found.notches:
+        start = path_from(problem, notch.position, notch.signs)
+        known = min((value for value, _ in optima), default=np.inf)
+        if objective_of(cell.task, search.arm, start.joints) < DEEPER * known:
+            optima += _solve(cell, search, start, deadline)
     search.finished &= time.perf_counter() < deadline
     _keep(search, optima)
+
+
+def _turned(
+    cell: Cell, search: ArmSearch, problem: ReducedProblem, reached: list[tuple[float, ArmPoint]], deadline: float
+) -> list[tuple[float, ArmPoint]]:
+    """What is reached when joints take other turns where an optimum stands: local solves keep those of their start."""
+    better = []
+    for objective, point in reached:
+        if point.signs is not None:
+            paths = evaluate_signed(problem, point.position[None, :], np.array([point.signs]))
+            if paths.violation[0, 0] <= ROUNDED and paths.objective[0, 0] < (1.0 - LEVEL) * objective:
+                better += _solve(cell, search, path_from(problem, point.position, point.signs), deadline)
+    return better
 
 
 def _worth_solving(found: Screen, problem: ReducedProblem) -> list[Candidate]:
@@ -148,7 +176,14 @@ def _worth_solving(found: Screen, problem: ReducedProblem) -> list[Candidate]:
     ]
     usable = [c.objective for c in whole if c.violation == 0.0]
     most = WORTH * min(usable) if usable else np.inf
-    return sorted((c for c in whole if scored(problem, c) <= most), key=lambda c: scored(problem, c))
+    worth = sorted((c for c in whole if scored(problem, c) <= most), key=lambda c: scored(problem, c))
+    return _by_turns([c for c in worth if c.violation == 0.0], [c for c in worth if c.violation > 0.0])
+
+
+def _by_turns(usable: list[Candidate], others: list[Candidate]) -> list[Candidate]:
+    """Both lists in order, by turns: others are cheap on paper, and could take up all starts."""
+    pairs = zip_longest(usable, others)
+    return [candidate for pair in pairs for candidate in pair if candidate is not None]
 
 
 def _elsewhere(problem: ReducedProblem, candidates: list[Candidate], optimum: ArmPoint) -> list[Candidate]:
@@ -217,10 +252,10 @@ def _solve(cell: Cell, search: ArmSearch, start: ArmPoint, deadline: float) -> l
 
 def _keep(search: ArmSearch, optima: list[tuple[float, ArmPoint]]) -> None:
     """Take over the best of the optima and what they say about the basins."""
-    optima.sort(key=lambda optimum: optimum[0])
-    search.basins = _basins(optima)
-    if optima:
-        search.objective, search.best = optima[0]
+    search.optima = sorted(search.optima + optima, key=lambda optimum: optimum[0])
+    search.basins = _basins(search.optima)
+    if search.optima:
+        search.objective, search.best = search.optima[0]
 
 
 def _basins(optima: list[tuple[float, ArmPoint]]) -> list[tuple[float, int]]:

@@ -110,10 +110,19 @@ def test_conditioning_that_cannot_be_had_is_not_claimed():
     assert not (result.status.has_point and check(task.cell, arm, result.points[0]).usable)
 
 
-@pytest.mark.parametrize(("wanted", "known"), [(0.05, 160.531), (0.12, 260.474), (0.2, 672.535)])
-def test_the_best_known_objectives_of_a_thinned_out_search_are_found(wanted, known):
+@pytest.mark.parametrize(
+    ("case", "wanted", "known"),
+    [
+        ("line", 0.05, 160.531),
+        ("line", 0.12, 260.474),
+        ("line", 0.2, 672.535),
+        ("arc", 0.08, 235.868),
+        ("arc", 0.15, 362.896),
+    ],
+)
+def test_the_best_known_objectives_of_a_thinned_out_search_are_found(case, wanted, known):
     """A conditioning that is asked for thins the usable bases out; these values are the best seen by any version."""
-    cell, _ = load("line")
+    cell, _ = load(case)
     asked = replace(cell, arms=tuple(replace(arm, min_conditioning=wanted) for arm in cell.arms))
     layout = optimize(asked)
     assert layout.objective is not None

@@ -96,11 +96,11 @@ def test_improvement_never_makes_a_candidate_worse():
     _, problem, box = problem_of("puma560", 1)
     start = screen(problem, box, 0).candidates
     spacing = np.array([0.05, 0.05, 0.0])
-    better = improve(problem, start, box, spacing)
+    better = improve(problem, start, box, spacing, 4)
     for before, after in zip(start, better, strict=True):
         assert after.signs == before.signs
         assert scored(problem, after) <= scored(problem, before) + 1e-9
-    assert improve(problem, [], box, spacing) == []
+    assert improve(problem, [], box, spacing, 4) == []
 
 
 def test_order_of_signs_is_that_of_the_branches():

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-import threading
+import logging
 from collections.abc import AsyncIterator
+from concurrent.futures import BrokenExecutor
 from contextlib import asynccontextmanager
 from pathlib import Path
 
@@ -20,16 +21,19 @@ from service.evaluations import Evaluations
 from service.executor import Executor
 from service.health import Monitor
 from service.intake import Intake
+from service.issues import InvalidRequest
 from service.jobs import Capacity, Jobs
 from service.keys import keyring
 from service.library import Library
 from service.middleware import stack
 from service.pool import ProcessExecutor
-from service.robots import catalogue_list
+from service.robots import load_catalogue, take_catalogue
 from service.settings import Settings
 from service.store.job_store import JobStore
 from service.store.sql import SqlJobStore
 from service.version import package_version
+
+log = logging.getLogger(__name__)
 
 STATIC = Path(__file__).parent / "static"
 
@@ -69,7 +73,7 @@ def create_app(
         monitor = Monitor(runs_on, settings.self_test_every)
         evaluations = Evaluations(runs_on, limit=settings.evaluate_limit, most=settings.max_evaluations)
         app.state.duocell = State(settings, jobs, evaluations, monitor, Library(settings.data_dir), intake)
-        background = [asyncio.create_task(monitor.watch()), asyncio.create_task(_load_robots(monitor))]
+        background = [asyncio.create_task(monitor.watch()), asyncio.create_task(_load_robots(monitor, intake))]
         try:
             yield
         finally:
@@ -97,7 +101,10 @@ def create_app(
     return app
 
 
-async def _load_robots(monitor: Monitor) -> None:
-    """Load the catalogue once nothing more urgent is to be done, so that nobody waits for it."""
+async def _load_robots(monitor: Monitor, intake: Intake) -> None:
+    """Load the catalogue once nothing more urgent is to be done, in another process, so that nobody waits for it."""
     await monitor.first_pass.wait()
-    threading.Thread(target=catalogue_list, name="load-robots", daemon=True).start()
+    try:
+        take_catalogue(await intake.run(load_catalogue))
+    except (InvalidRequest, BrokenExecutor) as error:
+        log.warning("the list of robots is made when it is asked for: %s", error)

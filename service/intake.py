@@ -1,6 +1,7 @@
 """Where uploads are read: in a process of its own, one after the other, ended when it takes too long.
 
 The readers and the decomposition are C++ that was not written for hostile files; here they can take nothing with them.
+The catalogue is listed there too: it takes seconds, in which the server has other things to do.
 """
 
 from __future__ import annotations

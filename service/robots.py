@@ -21,6 +21,7 @@ from service.shelf import NAME
 from service.user_robot import UserRobot
 
 _loading = threading.Lock()
+_loaded: list[dict[str, Any]] = []
 
 
 def robot_list(library: Library) -> list[dict[str, Any]]:
@@ -38,7 +39,18 @@ def catalogue_list() -> list[dict[str, Any]]:
 
 @lru_cache(maxsize=1)
 def _catalogue_list() -> list[dict[str, Any]]:
+    return _loaded or load_catalogue()
+
+
+def load_catalogue() -> list[dict[str, Any]]:
+    """The robots of the catalogue in short, made anew."""
     return [_summary(catalogue.robot(name)) for name in catalogue.names()]
+
+
+def take_catalogue(made_elsewhere: list[dict[str, Any]]) -> None:
+    """Keep what another process has loaded: `catalogue_list` then takes no time."""
+    with _loading:
+        _loaded[:] = made_elsewhere
 
 
 def robot_document(name: str, library: Library) -> dict[str, Any]:

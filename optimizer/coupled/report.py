@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
 
 from models.cell import Cell
-from optimizer.clearance import PathClearance, found_clearances
+from optimizer.clearance import found_clearances
 from optimizer.coupled.refine import Refined
-from optimizer.coupled.scene import LIMITS, Scene
+from optimizer.coupled.scene import Scene
+from optimizer.faults import coupling_faults, floor_faults, path_faults
 from optimizer.findings import Alternative, Clearance
 from optimizer.layout import Placement, Reason
 from optimizer.measure import placed
@@ -64,58 +68,16 @@ class _Figures:
 
 def explain(scene: Scene, nearest: Refined | None, starts: int) -> tuple[Reason, ...]:
     """Why no layout is clean, told by the least violating one that was found."""
-    evidence = f"the best of {starts} layouts that were tried"
     if nearest is None:
         return (Reason("", "coupling", (), "no combination of the arms' placements was found at all"),)
-    reasons = [*_ties(scene, nearest, evidence), *_floor(scene, nearest, evidence)]
+    evidence = f"the best of {starts} layouts that were tried"
+    places = [np.append(point.position, point.yaw) for point in nearest.points]
     clearance = nearest.clearance or scene.certify(nearest.points)
-    if clearance is not None:
-        reasons += _contacts(clearance, evidence)
-    return tuple(reasons) or (Reason("", "coupling", (), f"{evidence} does not pass the final check"),)
-
-
-def _contacts(clearance: PathClearance, evidence: str) -> list[Reason]:
     reasons = [
-        Reason(
-            "",
-            "collision",
-            (found.pose,),
-            f"{found.contact.first} and {found.contact.second} are {found.distance * 1e3:.1f} mm apart after pose "
-            f"{found.pose} in {evidence}; {found.required * 1e3:g} mm are asked for ({found.kind})",
-            None,
-            found.required - found.distance,
-            "m",
-        )
-        for found in clearance.classes
-        if not found.clear
+        *coupling_faults(scene.cell, places),
+        *floor_faults(scene.cell, places),
+        *(() if clearance is None else path_faults(scene.cell, clearance)),
     ]
-    for arm in dict.fromkeys(one.arm for one in clearance.breaks):
-        poses = tuple(one.pose for one in clearance.breaks if one.arm == arm)
-        reasons.append(
-            Reason(arm, "joint_step", poses, f"{arm} cannot follow the part between the poses in {evidence}")
-        )
-    if clearance.limit_excess > LIMITS:
-        detail = f"a joint leaves its limits by {clearance.limit_excess:.4f} rad between two poses in {evidence}"
-        reasons.append(Reason("", "joint_limit", (), detail, None, clearance.limit_excess, "rad"))
-    return reasons
-
-
-def _ties(scene: Scene, nearest: Refined, evidence: str) -> list[Reason]:
-    bases = [(*point.position, point.yaw) for point in nearest.points]
-    reasons = []
-    for coupling in scene.cell.couplings:
-        rows = coupling.rows(bases)
-        names = " and ".join(scene.cell.arms[arm].name for arm in coupling.arms)
-        for value, low, high, label in zip(rows.values, rows.lower, rows.upper, rows.labels, strict=True):
-            off = max(low - float(value), float(value) - high)
-            if off > LIMITS:
-                detail = f"{names}: {label} is missed by {off:.4g} in {evidence}"
-                reasons.append(Reason("", "coupling", (), detail, None, off, "m"))
-    return reasons
-
-
-def _floor(scene: Scene, nearest: Refined, evidence: str) -> list[Reason]:
-    lack = scene.floor_lack(nearest.points)
-    if lack <= LIMITS:
-        return []
-    return [Reason("", "floor", (), f"a base is {lack * 1e3:.1f} mm off the free floor in {evidence}", None, lack, "m")]
+    if not reasons:
+        return (Reason("", "coupling", (), f"{evidence} does not pass the final check"),)
+    return tuple(replace(reason, detail=f"{reason.detail} (in {evidence})") for reason in reasons)

@@ -1,5 +1,6 @@
 """Everything that is no layout: robots, health, problems, the page of documentation."""
 
+import asyncio
 import re
 import time
 from collections.abc import Callable
@@ -11,7 +12,9 @@ from fastapi.testclient import TestClient
 from models import catalogue, errors
 from service.app import create_app
 from service.executor import SolveFailed
+from service.intake import Intake
 from service.problems import KINDS
+from service.robots import load_catalogue
 from service.settings import Settings
 
 Make = Callable[..., TestClient]
@@ -21,6 +24,14 @@ def test_the_catalogue_is_listed(client: TestClient) -> None:
     page = client.get("/v1/robots").json()
     assert [robot["name"] for robot in page["items"]] == catalogue.names()
     assert all(robot["reach"] > 0.1 and robot["dof"] in (6, 7) and robot["title"] for robot in page["items"])
+
+
+def test_the_catalogue_is_the_same_from_the_process_that_loads_it(client: TestClient) -> None:
+    intake = Intake(60.0, 1)
+    try:
+        assert asyncio.run(intake.run(load_catalogue)) == client.get("/v1/robots").json()["items"]
+    finally:
+        intake.stop()
 
 
 def test_a_robot_tells_limits_frames_and_provenance(client: TestClient) -> None:

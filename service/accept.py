@@ -53,39 +53,36 @@ def accept(body: bytes, limits: Limits, library: Library | None = None) -> Accep
         NotJson: it is no JSON document.
         InvalidRequest: it cannot be carried out.
     """
-    document = parse(body)
-    check_amounts(document, limits)
-    request = validate(LayoutRequest, document)
-    check_sizes(request, limits)
-    if library is not None:
-        request = _pinned(request, library)
+    request = _read(LayoutRequest, body, limits, library)
     cell_of(request, library)
-    return Accepted(
-        text=request.model_dump_json(),
-        body_hash=hashlib.sha256(body).hexdigest(),
-        request_hash=hash_of(request.model_dump(mode="json")),
-        name=request.name,
-        certificate_time=0.0 if request.certificate is None else request.certificate.time_limit,
-        runs=1 + len(request.baselines) + request.explain,
-    )
+    proof = 0.0 if request.certificate is None else request.certificate.time_limit
+    return _accepted(request, body, proof, 1 + len(request.baselines) + request.explain)
 
 
 def accept_evaluation(body: bytes, limits: Limits, library: Library | None = None) -> Accepted:
     """The request to evaluate a layout in ``body``; arguments and errors as for `accept`."""
+    request = _read(EvaluateRequest, body, limits, library)
+    joints_of(request, cell_of(request, library))
+    return _accepted(request, body, 0.0, 1)
+
+
+def _read(kind: type[Asked], body: bytes, limits: Limits, library: Library | None) -> Asked:
+    """The request as it will be carried out; what it means is still to be seen."""
     document = parse(body)
     check_amounts(document, limits)
-    request = validate(EvaluateRequest, document)
+    request = validate(kind, document)
     check_sizes(request, limits)
-    if library is not None:
-        request = _pinned(request, library)
-    joints_of(request, cell_of(request, library))
+    return request if library is None else _pinned(request, library)
+
+
+def _accepted(request: LayoutRequest, body: bytes, certificate_time: float, runs: int) -> Accepted:
     return Accepted(
         text=request.model_dump_json(),
         body_hash=hashlib.sha256(body).hexdigest(),
         request_hash=hash_of(request.model_dump(mode="json")),
         name=request.name,
-        certificate_time=0.0,
-        runs=1,
+        certificate_time=certificate_time,
+        runs=runs,
     )
 
 

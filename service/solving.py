@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 from optimizer.evaluate import evaluate_layout
@@ -35,7 +34,6 @@ def solve_request(
     request_hash: str,
     time_limit: float,
     library: Library | None = None,
-    progress: Callable[[str, float], None] | None = None,
 ) -> dict[str, Any]:
     """The ``result`` of a layout resource.
 
@@ -44,11 +42,10 @@ def solve_request(
         request_hash: of that request.
         time_limit: s, soft limit of the whole solve.
         library: what users brought; it has to know what was deleted since the request was accepted.
-        progress: told the name of the stage and the share that is done, in [0, 1].
 
     Raises:
         DuocellError: an engine broke down.
     """
     request = LayoutRequest.model_validate_json(text)
-    layout = optimize(cell_of(request, library), settings_of(request, time_limit), progress)
+    layout = optimize(cell_of(request, library), settings_of(request, time_limit))
     return result_document(layout, request_hash)

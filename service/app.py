@@ -37,6 +37,9 @@ log = logging.getLogger(__name__)
 
 STATIC = Path(__file__).parent / "static"
 
+LOAD_WITHIN = 60.0
+"""s for the catalogue."""
+
 
 def create_app(
     settings: Settings | None = None,
@@ -73,7 +76,7 @@ def create_app(
         monitor = Monitor(runs_on, settings.self_test_every)
         evaluations = Evaluations(runs_on, limit=settings.evaluate_limit, most=settings.max_evaluations)
         app.state.duocell = State(settings, jobs, evaluations, monitor, Library(settings.data_dir), intake)
-        background = [asyncio.create_task(monitor.watch()), asyncio.create_task(_load_robots(monitor, intake))]
+        background = [asyncio.create_task(monitor.watch()), asyncio.create_task(_load_robots(monitor))]
         try:
             yield
         finally:
@@ -101,10 +104,13 @@ def create_app(
     return app
 
 
-async def _load_robots(monitor: Monitor, intake: Intake) -> None:
-    """Load the catalogue once nothing more urgent is to be done, in another process, so that nobody waits for it."""
+async def _load_robots(monitor: Monitor) -> None:
+    """Load the catalogue once nothing more urgent is to be done, in a process for this alone: nobody waits for it."""
     await monitor.first_pass.wait()
+    elsewhere = Intake(LOAD_WITHIN, 1)
     try:
-        take_catalogue(await intake.run(load_catalogue))
+        take_catalogue(await elsewhere.run(load_catalogue))
     except (InvalidRequest, BrokenExecutor) as error:
         log.warning("the list of robots is made when it is asked for: %s", error)
+    finally:
+        await asyncio.to_thread(elsewhere.stop)

@@ -73,6 +73,18 @@ def _best(result: TaskResult, form: str) -> str:
     return f"{time:.3f} s, {method}" if isfinite(time) else "none"
 
 
+def faster(results: Sequence[TaskResult]) -> str:
+    """Tasks on which a general method on the reduced objective needed less time than duocell, in words; or ""."""
+    found = []
+    for result in results:
+        own = next(r for r in result.records if r.method == contenders.OURS).solved_after(result.reference)
+        times = [(r.solved_after(result.reference), r.method) for r in result.records if r.form == "reduced"]
+        time, method = min(times, default=(inf, ""))
+        if time < own < inf:
+            found.append((own / time, f"{result.task} ({method}, {own / time:.1f} × as fast)"))
+    return ", ".join(words for _, words in sorted(found, reverse=True))
+
+
 def remarks(results: Sequence[TaskResult]) -> str:
     """What went against expectation, one line each; empty if nothing did."""
     return "\n".join(f"- {result.task}: {remark}" for result in results for remark in result.remarks)

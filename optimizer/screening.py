@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from models.arrays import Bools, Floats, Ints
 from models.posture import ALL_SIGNS
@@ -17,12 +18,12 @@ COARSE_POSES = 8
 """Poses that the points of the spread are looked at with."""
 SAMPLED_POSES = 32
 """Poses of a long task that the best of them are improved with; what comes out is checked on all."""
-POINTS = {0: 1, 1: 64, 2: 256, 3: 1536}
+POINTS = {0: 1, 1: 64, 2: 512, 3: 1536}
 """Base positions of the first round by number of free coordinates; each has eight postures."""
 ROUNDS = 4
 """A later round has four times the points of the one before, and is run only while nothing usable was found."""
-VALLEYS, NEIGHBOURS, LOOKED_AT = 8, 1.1, 512
-"""Valleys followed per posture; spacings within which points are neighbours; points of a posture looked at."""
+VALLEYS, NEIGHBOURS = 8, 1.1
+"""Valleys followed per posture; spacings within which points are neighbours."""
 MORE_USABLE = 3
 """Usable candidates improved beside the valleys, which may lie outside the limits."""
 CLOUD = 10
@@ -67,12 +68,15 @@ class Screen:
         notches: best points about places where the cost may fall below all that is usable among the candidates.
         evaluated: base × posture pairs looked at.
         problem: the (possibly sampled) task they were scored on.
+        box: (3, 2) m, that was searched. spacing: (3,) m, between neighbours of the first look.
     """
 
     candidates: list[Candidate]
     notches: list[Candidate]
     evaluated: int
     problem: ReducedProblem
+    box: Floats
+    spacing: Floats
 
 
 def screen(problem: ReducedProblem, box: Floats, seed: int, round_: int = 0) -> Screen:
@@ -98,7 +102,7 @@ def screen(problem: ReducedProblem, box: Floats, seed: int, round_: int = 0) -> 
     found = improve(small, picked[:LAST], box, 0.5**FIRST_STEPS * spacing, LAST_STEPS)
     found.sort(key=lambda c: scored(small, c))
     evaluated = len(points) * int(np.sum(problem.postures))
-    return Screen(distinct(found, 0.05 * spacing), _in_notches(small, box, found), evaluated, small)
+    return Screen(distinct(found, 0.05 * spacing), _in_notches(small, box, found), evaluated, small, box, spacing)
 
 
 def _in_notches(problem: ReducedProblem, box: Floats, found: list[Candidate]) -> list[Candidate]:
@@ -134,21 +138,28 @@ def _pick(problem: ReducedProblem, points: Floats, spacing: Floats) -> list[Cand
     if problem.arm.min_conditioning is not None:
         _add_shortfall(problem, parts, objective, violation)
     score = problem.score(objective, violation)
-    picked = [(k, i) for k in range(len(score)) for i in _valleys(score[k], points, spacing)]
+    neighbours = _neighbours(points, spacing)
+    picked = [(k, i) for k in range(len(score)) for i in _valleys(score[k], neighbours)]
     _take(picked, np.where(violation > 0.0, np.inf, objective), points, spacing, MORE_USABLE)
     return [Candidate(points[i], ALL_SIGNS[k], float(objective[k, i]), float(violation[k, i])) for k, i in picked]
 
 
-def _valleys(score: Floats, points: Floats, spacing: Floats) -> list[int]:
+def _neighbours(points: Floats, spacing: Floats) -> Ints:
+    """(P, 2) pairs of points that are neighbours in all free coordinates, the smaller index first."""
+    free = spacing > 0.0
+    if not np.any(free):
+        return np.empty((0, 2), dtype=np.int64)
+    pairs: Ints = KDTree(points[:, free] / (NEIGHBOURS * spacing[free])).query_pairs(1.0, np.inf, output_type="ndarray")
+    return pairs
+
+
+def _valleys(score: Floats, neighbours: Ints) -> list[int]:
     """The best points of one posture that no neighbour betters: one for each valley the spread can tell apart."""
-    best = np.argsort(score, kind="stable")[:LOOKED_AT]
-    best = best[np.isfinite(score[best])]
-    apart = np.ones((len(best), len(best)), dtype=bool)
-    for places, reach in zip(points[best].T, NEIGHBOURS * spacing, strict=True):
-        if reach > 0.0:
-            apart &= np.abs(places[:, None] - places) <= reach
-    better = np.tril(apart, -1)  # points are in order: an earlier one is better
-    return [int(i) for i in best[~np.any(better, axis=1)][:VALLEYS]]
+    first, second = neighbours.T
+    bettered = np.zeros(len(score), dtype=bool)
+    bettered[np.where(score[first] > score[second], first, second)] = True
+    bottoms = np.flatnonzero(np.isfinite(score) & ~bettered)
+    return [int(i) for i in bottoms[np.argsort(score[bottoms], kind="stable")][:VALLEYS]]
 
 
 def _take(picked: list[tuple[int, int]], values: Floats, points: Floats, spacing: Floats, number: int) -> None:

@@ -21,7 +21,7 @@ from optimizer.measure import objective_of
 from optimizer.program import ArmPoint
 from optimizer.reasons import explain_general, explain_proof, explain_reach, explain_reduced
 from optimizer.reduced import ReducedProblem, evaluate_signed, reduced_problem
-from optimizer.screening import ROUNDS, Candidate, Screen, scored, screen
+from optimizer.screening import ROUNDS, Candidate, Screen, improve, scored, screen
 from optimizer.settings import CertificateSettings, Settings
 from optimizer.verify import check
 from optimizer.watch import tell
@@ -36,6 +36,8 @@ DEEPER = 1.05
 """A notch may be this much deeper than what is seen of it."""
 DECIDE_TIME, DECIDE_GAP = 5.0, 1e-3
 """s and relative gap of the branch and bound that decides whether a task without a usable candidate is possible."""
+MOVED, MOVE, MOVE_STEPS = 6, 0.25, 3
+"""Candidates of a long task that are improved on all its poses, within this share of a spacing, in so many steps."""
 SHARE = 0.5
 """Share of the time left that one local solve may take: a start that struggles must not use up the others' time."""
 LEVEL = 1e-3
@@ -141,7 +143,7 @@ def _solve_candidates(cell: Cell, search: ArmSearch, problem: ReducedProblem, fo
         reached += _turned(cell, search, problem, reached, deadline)
         optima += reached
         for _, point in reached:
-            waiting = _elsewhere(found.problem, waiting, point)
+            waiting = _elsewhere(problem, waiting, point)
     for notch in found.notches:
         start = path_from(problem, notch.position, notch.signs)
         known = min((value for value, _ in optima), default=np.inf)
@@ -166,13 +168,16 @@ def _turned(
 
 def _worth_solving(found: Screen, problem: ReducedProblem) -> list[Candidate]:
     """Candidates with a chance to be the best, scored on the whole task, best first."""
-    if not found.candidates:
+    candidates = found.candidates
+    if not candidates:
         return []
-    positions = np.array([c.position for c in found.candidates])
-    paths = evaluate_signed(problem, positions, np.array([c.signs for c in found.candidates]))
+    if problem is not found.problem:
+        candidates = improve(problem, candidates[:MOVED], found.box, MOVE * found.spacing, MOVE_STEPS)
+    positions = np.array([c.position for c in candidates])
+    paths = evaluate_signed(problem, positions, np.array([c.signs for c in candidates]))
     whole = [
         Candidate(c.position, c.signs, float(objective), float(violation))
-        for c, objective, violation in zip(found.candidates, paths.objective[0], paths.violation[0], strict=True)
+        for c, objective, violation in zip(candidates, paths.objective[0], paths.violation[0], strict=True)
     ]
     usable = [c.objective for c in whole if c.violation == 0.0]
     most = WORTH * min(usable) if usable else np.inf
@@ -189,8 +194,8 @@ def _by_turns(usable: list[Candidate], others: list[Candidate]) -> list[Candidat
 def _elsewhere(problem: ReducedProblem, candidates: list[Candidate], optimum: ArmPoint) -> list[Candidate]:
     """Candidates that are not in the basin of an optimum.
 
-    In its basin is a usable candidate of the same posture from which the cost falls along the straight line to the
-    optimum. It may rise a little: the optimum is one of the whole task, the cost here that of its sample.
+    In its basin is a candidate of the same posture from which the way is straight downhill to the optimum: violation
+    falls until there is none, and from there on the cost.
     """
     if not candidates:
         return []
@@ -199,11 +204,15 @@ def _elsewhere(problem: ReducedProblem, candidates: list[Candidate], optimum: Ar
     ways = places[:, None, :] + WAY[:, None] * (optimum.position - places)[:, None, :]
     paths = evaluate_signed(problem, ways.reshape(-1, 3), np.repeat(signs, len(WAY), axis=0))
     objective = paths.objective[0].reshape(len(places), -1)
-    usable = np.all(paths.violation[0].reshape(len(places), -1)[:, :-1] == 0.0, axis=1)
-    falling = np.all(np.diff(objective, axis=1) <= LEVEL * objective[:, :1], axis=1)
+    violation = paths.violation[0].reshape(len(places), -1)
+    violation[:, -1] = 0.0  # but for rounding
+    falling = np.diff(objective, axis=1) <= LEVEL * objective[:, :1]
+    easing = np.diff(violation, axis=1) < ROUNDED
+    usable = violation[:, :-1] <= ROUNDED
+    downhill = np.all(easing & (falling | ~usable), axis=1)
     return [
         candidate
-        for candidate, same_basin in zip(candidates, usable & falling, strict=True)
+        for candidate, same_basin in zip(candidates, downhill, strict=True)
         if not (same_basin and candidate.signs == optimum.signs)
     ]
 

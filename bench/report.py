@@ -73,9 +73,9 @@ bases, all eight postures, all pairs, best first, at most {limit:.0f} s.
 """
 
 FASTER = """\
-Some method was faster than duocell on the reduced objective of: {tasks}. Each of these was the fastest of six on its task,
-stopped at the known optimum, and its answer was not checked. On long tasks what is left is IPOPT's program over the joints
-of all poses: the reduced objective alone gets near the optimum in a fraction of that time.
+Some method was faster than duocell on the reduced objective of: {tasks}.
+Each of these was the fastest of six on its task, was stopped at the known optimum, and its answer was not checked. On
+tasks of many poses most of our time goes into IPOPT's programs over the joints of all poses, which they do without.
 """
 
 THESIS = """\

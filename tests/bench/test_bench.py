@@ -134,3 +134,10 @@ def test_tables_say_who_solved_what():
     assert "split" not in full
     assert "| split | 1 of 1 | 0.7 s | 100 | 7 × |" in tables.comparison([_result()], "reduced")
     assert "| t | 10 | 6 | 30 | 0.33% | 0.100 s | 2.000 s, slow | 0.700 s, split |" in tables.tasks([_result()])
+
+
+def test_who_was_faster_is_told():
+    assert tables.faster([_result()]) == ""
+    result = _result()
+    result.records[-1] = Record("t", "quick", "reduced", [Part([0, 1], [(0.04, 30.0)], 50, 0.05)])
+    assert tables.faster([result, _result()]) == "t (quick, 2.5 × as fast)"

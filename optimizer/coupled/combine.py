@@ -67,8 +67,18 @@ def combine(
     """
     price = price_of(scene.cell)
     candidates = _beam(scene.cell, pools, problems, price, BEAM * effort)
+    return look_through(scene, _order(candidates, LOOKED_AT * effort), deadline)
+
+
+def look_through(scene: Scene, ordered: Sequence[tuple[Member, ...]], deadline: float) -> list[Combination]:
+    """Layouts with what they lack at the poses, best first, without those beside better ones.
+
+    Args:
+        scene: the cell. ordered: layouts, the most promising first; the last ones are left out once `ENOUGH` are clean.
+        deadline: `time.perf_counter` value, soft.
+    """
+    price = price_of(scene.cell)
     looked: list[Combination] = []
-    ordered = _order(candidates, LOOKED_AT * effort)
     for at in range(0, len(ordered), BATCH):
         check_stop()
         looked = _distinct(sorted([*looked, *_checked(scene, ordered[at : at + BATCH])], key=lambda c: c.score(price)))

@@ -47,7 +47,7 @@ def tied(
     ]
     own = np.array([member.point.position for _, member in pairs])
     yaws = np.array([member.point.yaw for _, member in pairs])
-    positions = _moved(couplings, bases, own, yaws, arm.base.bounds[:3])
+    positions = moved_onto(couplings, bases, own, yaws, arm.base.bounds[:3])
     some = _different(positions, pairs)
     signs = np.array([pairs[i][1].point.signs for i in some])
     grown: list[tuple[Member, ...]] = []
@@ -74,14 +74,18 @@ def _different(positions: Floats, pairs: Sequence[tuple[tuple[Member, ...], Memb
     return kept
 
 
-def _moved(
+def moved_onto(
     couplings: Sequence[Coupling], bases: Sequence[Floats], positions: Floats, yaws: Floats, region: Floats
 ) -> Floats:
     """(Q, 3) positions after a few Gauss-Newton steps on what the couplings lack, inside the region (3, 2)."""
     for _ in range(STEPS):
-        lack = _lack(couplings, bases, positions, yaws)
+        lack = tie_lacks(couplings, [*bases, np.vstack([positions.T, yaws])])
         slopes = np.stack(
-            [(_lack(couplings, bases, positions + DIFFERENCE * unit, yaws) - lack) / DIFFERENCE for unit in np.eye(3)],
+            [
+                (tie_lacks(couplings, [*bases, np.vstack([(positions + DIFFERENCE * unit).T, yaws])]) - lack)
+                / DIFFERENCE
+                for unit in np.eye(3)
+            ],
             axis=-1,
         )
         step = (np.linalg.pinv(slopes, rcond=1e-6) @ lack[..., None])[..., 0]
@@ -89,12 +93,11 @@ def _moved(
     return positions
 
 
-def _lack(couplings: Sequence[Coupling], bases: Sequence[Floats], positions: Floats, yaws: Floats) -> Floats:
-    """(Q, R) signed distances of the rows' values to their sets."""
-    placed = [*bases, np.vstack([positions.T, yaws])]
+def tie_lacks(couplings: Sequence[Coupling], bases: Sequence[Floats]) -> Floats:
+    """(..., R) signed distances of the rows' values to their sets, for (4, ...) bases of each arm."""
     lack = []
     for coupling in couplings:
-        rows = coupling.rows(placed)
+        rows = coupling.rows(bases)
         for value, low, high in zip(rows.values, rows.lower, rows.upper, strict=True):
             lack.append(np.minimum(value - low, 0.0) + np.maximum(value - high, 0.0))
-    return np.stack(lack, axis=-1)
+    return np.stack(np.broadcast_arrays(*lack), axis=-1)

@@ -49,6 +49,8 @@ FARTHER, SINGULAR = 2.0, 5e-3
 PRICE, DEARER = 100.0, 10.0
 """Cost of a metre or radian of violation, per pose and unit of weight; and how much dearer it gets where that is too
 little to end a violation."""
+SAFE = 100.0
+"""Factor on the price at which a descent that lost a layout without violation is tried once more from there."""
 NEARLY, HOPELESS = 1e-3, 0.03
 """m or rad; what violates less is worth the full check, what violates more is given up."""
 
@@ -87,16 +89,21 @@ def refine(scene: Scene, start: Sequence[ArmPoint], deadline: float, known: Sequ
     cushions = dict.fromkeys(PairClass, CUSHION)
     asked, cell, price = scene, scene.cell, price_of(scene.cell)
     best: Refined | None = None
+    safe: Look | None = None  # kept all distances at the samples; the way down must not lose that for good
     points, rounds = tuple(start), 0
     for _ in range(DIPS + 1):
         seen = look(asked, Unknowns.of(cell), points, cushions)
+        safe = seen if safe is None and best is None and seen.lack <= 0.0 else safe
         here, used = _descend(asked, seen, cushions, price, deadline, known)
         rounds += used
         for other in known:
             if nearby(here.points, other.points, SAME_BASIN):
                 return other
         if here.lack > HOPELESS or (best is None and here.lack > NEARLY and price > price_of(cell)):
-            break
+            if safe is None or best is not None or price >= SAFE * price_of(cell):
+                break
+            points, price = safe.points, SAFE * price_of(cell)
+            continue
         points = here.points
         if here.lack > NEARLY:
             price *= DEARER

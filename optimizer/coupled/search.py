@@ -10,6 +10,7 @@ import numpy as np
 
 from models.cell import Cell
 from optimizer.coupled.combine import Combination, combine
+from optimizer.coupled.crowds import crowded
 from optimizer.coupled.obstructed import obstruction
 from optimizer.coupled.pool import Pool, alone_scene, pool_of, with_optimum
 from optimizer.coupled.refine import Refined, nearby, price_of, refine
@@ -22,7 +23,7 @@ from optimizer.settings import Settings
 from optimizer.solve import SolveStatus
 from optimizer.watch import tell
 
-ROUNDS = 3
+ROUNDS = 2
 STARTS = 8
 """Refinements of a round; half as many once a round has found something clean and the rest is not better by score."""
 WORTH = 1.25
@@ -108,7 +109,12 @@ def _combinations(
     round_: int,
     deadline: float,
 ) -> list[Combination]:
-    """Candidates of every arm, combined."""
+    """Candidates of every arm, combined: few and well looked at first, then many."""
+    problems = [arm.problem for arm in searches if arm.problem is not None]
+    if round_ > 0 and len(problems) == len(searches):
+        found, looked = crowded(scene, problems, settings.seed + round_, deadline)
+        search.candidates += looked
+        return found
     pools: list[Pool] = []
     for index, arm in enumerate(searches):
         pool: Pool = pool_of(scene, index, arm.problem, round_, settings.seed, deadline)

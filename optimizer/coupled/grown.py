@@ -25,6 +25,9 @@ OBEYED = 1e-9
 """m; couplings that leave room are kept by the stands that are taken, the others by moving one of them."""
 REGION, OF_REGION = 0.12, 2
 """m; layouts in the same postures whose bases are in the same cubes of this side are alike: so many are wanted."""
+TRIED, MOVED = 12, 4
+"""Pairs of such a region, for every one that is wanted, that are looked at before and after what surely collides is
+thrown out, in each block where stands have to be moved."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -91,9 +94,13 @@ class Grower:
             k, j = self._near_ties(partial, stands, rows, columns, slack)
             room = crowd.room(crowd.keys(k, j)) & sound[0][k] & sound[1][j]
             k, j = k[room], j[room]
+            if narrow:
+                k, j = crowd.foremost(k, j, OF_REGION * TRIED)
             tested += len(k)
             apart = self._clear(Partial((*partial.take(k).stands, stands.take(j))), FORGIVEN + narrow * self._spacing)
             k, j = k[apart], j[apart]
+            if narrow:
+                k, j = crowd.foremost(k, j, OF_REGION * MOVED)
             layouts, chosen = self._together(partial.take(k), stands.take(j), narrow)
             clear = np.flatnonzero(self._clear(layouts, FORGIVEN))
             clear = clear[np.argsort(layouts.objective[clear], kind="stable")]
@@ -175,6 +182,7 @@ class _Crowd:
     def __init__(self, partial: Partial, stands: Stands) -> None:
         self._left, self._right = _regions(partial.stands), _regions((stands,))
         self._many = int(self._right.max(initial=0)) + 1
+        self._first, self._second = partial.objective, stands.objective
         self._counts: dict[int, int] = {}
         self._full: list[int] = []
 
@@ -182,6 +190,13 @@ class _Crowd:
         """(q,) numbers of the regions of pairs of a layout and a stand."""
         keys: Ints = self._left[k] * self._many + self._right[j]
         return keys
+
+    def foremost(self, k: Ints, j: Ints, count: int) -> tuple[Ints, Ints]:
+        """The best ``count`` pairs of every region, best first."""
+        order = np.argsort(self._first[k] + self._second[j], kind="stable")
+        k, j = k[order], j[order]
+        some = _first(self.keys(k, j), count)
+        return k[some], j[some]
 
     def room(self, keys: Ints) -> Bools:
         """(q,) False for regions that have enough."""

@@ -13,7 +13,7 @@ from models.cell import Cell
 from optimizer.coupled.place_tied import tied
 from optimizer.coupled.pool import Member, Pool
 from optimizer.coupled.refine import nearby, price_of
-from optimizer.coupled.scene import Scene
+from optimizer.coupled.scene import LIMITS, Scene
 from optimizer.program import ArmPoint
 from optimizer.reduced import ReducedProblem
 from optimizer.watch import check_stop
@@ -82,7 +82,7 @@ def look_through(scene: Scene, ordered: Sequence[tuple[Member, ...]], deadline: 
     for at in range(0, len(ordered), BATCH):
         check_stop()
         looked = _distinct(sorted([*looked, *_checked(scene, ordered[at : at + BATCH])], key=lambda c: c.score(price)))
-        if sum(one.lack <= 0.0 for one in looked) >= ENOUGH or time.perf_counter() > deadline:
+        if sum(one.lack <= LIMITS for one in looked) >= ENOUGH or time.perf_counter() > deadline:
             break
     return looked
 

@@ -109,9 +109,12 @@ def _combinations(
     round_: int,
     deadline: float,
 ) -> list[Combination]:
-    """Candidates of every arm, combined: few and well looked at first, then many."""
+    """Candidates of every arm, combined: few that were looked at closely, or many that were sifted.
+
+    Without couplings the few are better; couplings leave none of them where they are, so there the many come first.
+    """
     problems = [arm.problem for arm in searches if arm.problem is not None]
-    if round_ > 0 and len(problems) == len(searches):
+    if round_ == (0 if scene.cell.couplings else 1) and len(problems) == len(searches):
         found, looked = crowded(scene, problems, settings.seed + round_, deadline)
         search.candidates += looked
         return found
@@ -151,7 +154,7 @@ def _refine_all(
 
 def _promising(search: CoupledSearch, start: Combination, price: float) -> bool:
     """False for clean starts that are far worse than the best layout, or next to a layout that they do not better."""
-    if search.best is None or start.lack > 0.0:
+    if search.best is None or start.lack > LIMITS:
         return True
     known = any(nearby(start.points, one.points, BESIDE) and start.objective > one.objective for one in search.found)
     return not known and start.score(price) <= WORTH * search.best.objective

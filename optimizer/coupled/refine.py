@@ -16,11 +16,12 @@ from models.arrays import Floats
 from models.cell import Cell
 from models.surroundings import PairClass
 from optimizer.clearance import PathClearance
+from optimizer.coupled.linear_rows import LinearRows
 from optimizer.coupled.look import Look, look
 from optimizer.coupled.manifold import Unknowns, move
 from optimizer.coupled.quadratic import Quadratic, quadratic
 from optimizer.coupled.scene import LIMITS, Scene
-from optimizer.coupled.step import best_step
+from optimizer.coupled.step import Step, best_step
 from optimizer.events import Iterated
 from optimizer.measure import placed
 from optimizer.program import ArmPoint
@@ -170,7 +171,8 @@ def _descend(
         if radius < SMALLEST_RADIUS or time.perf_counter() > deadline or _stuck(lacks):
             return here, round_
         model = model or quadratic(scene.cell, here.points, here.along, unknowns)
-        step = best_step(model, here.rows, *_reach(scene.cell, here.points, unknowns, radius), price)
+        bounds = _reach(scene.cell, here.points, unknowns, radius)
+        step = best_step(model, here.rows, *bounds, price)
         moved = None if step is None else move(scene.cell, here.points, here.along, unknowns, step.step)
         if step is None or moved is None:
             radius *= 0.3
@@ -178,6 +180,10 @@ def _descend(
         there = look(scene, unknowns, moved, cushions)
         promised = price * (max(here.lack, 0.0) - step.slack) - model.change(step.step)
         gained = merit - _merit(there, price)
+        if gained < POOR * promised and there.lack > max(here.lack, 0.0):
+            bent = _bent(scene, here, there, model, step, bounds, cushions, price)
+            if bent is not None and merit - _merit(bent, price) > gained:
+                there, gained = bent, merit - _merit(bent, price)
         if gained < POOR * promised:
             radius *= 0.4
         elif gained > GOOD * promised:
@@ -188,6 +194,28 @@ def _descend(
         if promised <= WORTH * max(merit, 1e-9) or any(nearby(here.points, k.points, SAME_BASIN) for k in known):
             return here, round_ + 1
     return here, ROUNDS
+
+
+def _bent(
+    scene: Scene,
+    here: Look,
+    there: Look,
+    model: Quadratic,
+    step: Step,
+    bounds: tuple[Floats, Floats],
+    cushions: dict[PairClass, float],
+    price: float,
+) -> Look | None:
+    """Where a step leads that heeds how the rows bend: with rows made where the straight one ended.
+
+    The second-order correction of R. Fletcher, Practical Methods of Optimization, 1987, section 14.4: without it rows
+    that bend make every step short that goes along them.
+    """
+    unknowns, rows = Unknowns.of(scene.cell), there.rows
+    seen_from_here = LinearRows(rows.gradients, rows.values - rows.gradients @ step.step, rows.required)
+    corrected = best_step(model, seen_from_here, *bounds, price)
+    moved = None if corrected is None else move(scene.cell, here.points, here.along, unknowns, corrected.step)
+    return None if moved is None else look(scene, unknowns, moved, cushions)
 
 
 def _reach(cell: Cell, points: Sequence[ArmPoint], unknowns: Unknowns, radius: float) -> tuple[Floats, Floats]:

@@ -119,6 +119,7 @@ def _combinations(
         search.candidates += looked
         return found
     pools: list[Pool] = []
+    round_ = 0 if len(problems) == len(searches) else round_
     for index, arm in enumerate(searches):
         pool: Pool = pool_of(scene, index, arm.problem, round_, settings.seed, deadline)
         if arm.best is not None:

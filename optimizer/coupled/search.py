@@ -11,6 +11,7 @@ import numpy as np
 from models.cell import Cell
 from optimizer.coupled.combine import Combination, combine
 from optimizer.coupled.crowds import crowded
+from optimizer.coupled.dead_ends import DeadEnds
 from optimizer.coupled.obstructed import obstruction
 from optimizer.coupled.pool import Pool, alone_scene, pool_of, with_optimum
 from optimizer.coupled.refine import Refined, nearby, price_of, refine
@@ -83,11 +84,12 @@ def search_coupled(
     optimum = [arm.best for arm in searches if arm.best is not None]
     if _keep(search, _as_it_is(scene, optimum)) and settings.alternatives == 0:
         return search
+    ends = DeadEnds(scene)
     for round_ in range(ROUNDS):
         report("combining candidates", round_ / ROUNDS)
         combinations = _combinations(scene, search, searches, settings, round_, deadline)
         first = [Combination(tuple(optimum), scene.objective(optimum), np.inf)] if round_ == 0 else []
-        _refine_all(scene, search, [*first, *combinations], deadline, report)
+        _refine_all(scene, search, [*first, *combinations], ends, deadline, report)
         if search.found or not search.finished:
             break
     return search
@@ -133,6 +135,7 @@ def _refine_all(
     scene: Scene,
     search: CoupledSearch,
     starts: Sequence[Combination],
+    ends: DeadEnds,
     deadline: float,
     report: Callable[[str, float], None],
 ) -> None:
@@ -142,11 +145,12 @@ def _refine_all(
         if time.perf_counter() > deadline:
             search.finished = False
             return
-        if not _promising(search, start, price):
+        if not _promising(search, start, price) or (start.lack > LIMITS and ends.leads_to_one(start.points)):
             continue
         report("refining", number / STARTS)
         search.starts += 1
         refined = refine(scene, start.points, deadline, search.found)
+        ends.learn(start.points, refined)
         status = SolveStatus.OPTIMAL if refined.clean else SolveStatus.INFEASIBLE
         objective = refined.objective if refined.clean else None
         tell(Started("", search.starts, status.value, objective, refined.rounds))

@@ -117,7 +117,9 @@ class Grower:
                 spare.append(layouts.take(clear[~clean]))
         return _joined(kept if sum(map(len, kept)) else spare)
 
-    def _near_ties(self, partial: Partial, stands: Stands, rows: Ints, columns: Ints, slack: Floats) -> tuple[Ints, Ints]:
+    def _near_ties(
+        self, partial: Partial, stands: Stands, rows: Ints, columns: Ints, slack: Floats
+    ) -> tuple[Ints, Ints]:
         """Pairs (q,), (q,) of a block whose positions nearly keep their couplings; yaws can be turned."""
         if not self._ties:
             k, j = np.meshgrid(rows, columns, indexing="ij")
@@ -169,7 +171,6 @@ class Grower:
                 left = np.flatnonzero(clear)
                 clear[left] = pair_lacks(first[left], second[left], reach) <= forgiven
         return clear
-
 
     def _own_lacks(self, layouts: Partial) -> Floats:
         """(A, K) m, largest shortfall of what each arm keeps by itself."""

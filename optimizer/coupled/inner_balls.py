@@ -147,7 +147,9 @@ def _filled(shape: Shape) -> list[tuple[Floats, float]]:
 def _grid(half: Floats, radius: float) -> list[tuple[Floats, float]]:
     """Balls with centres all over a box of half sizes (3,)."""
     counts = [1 + min(FEW, ceil(2.0 * side / (SPACING * radius))) if side > 0.0 else 1 for side in half]
-    sides = [np.linspace(-side, side, count) if count > 1 else np.zeros(1) for side, count in zip(half, counts, strict=True)]
+    sides = [
+        np.linspace(-side, side, count) if count > 1 else np.zeros(1) for side, count in zip(half, counts, strict=True)
+    ]
     centres = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, 3)
     return [(centre, radius) for centre in centres]
 

@@ -25,8 +25,9 @@ from optimizer.solve import SolveStatus
 from optimizer.watch import tell
 
 ROUNDS = 2
-STARTS = 8
-"""Refinements of a round; half as many once a round has found something clean and the rest is not better by score."""
+STARTS, IDLE = 8, 4
+"""Refinements of a round; and how many in a row may lead to nothing better than a clean layout that is known, where no
+alternatives are asked for. Of 36 random cells none got better after the second start that ended clean."""
 WORTH = 1.25
 """Starts whose score is this much above the best clean layout are not worth a refinement."""
 BESIDE = 0.06
@@ -84,12 +85,12 @@ def search_coupled(
     optimum = [arm.best for arm in searches if arm.best is not None]
     if _keep(search, _as_it_is(scene, optimum)) and settings.alternatives == 0:
         return search
-    ends = DeadEnds(scene)
+    ends, idle = DeadEnds(scene), IDLE if settings.alternatives == 0 else STARTS + 1
     for round_ in range(ROUNDS):
         report("combining candidates", round_ / ROUNDS)
         combinations = _combinations(scene, search, searches, settings, round_, deadline)
         first = [Combination(tuple(optimum), scene.objective(optimum), np.inf)] if round_ == 0 else []
-        _refine_all(scene, search, [*first, *combinations], ends, deadline, report)
+        _refine_all(scene, search, [*first, *combinations], ends, idle, deadline, report)
         if search.found or not search.finished:
             break
     return search
@@ -136,14 +137,17 @@ def _refine_all(
     search: CoupledSearch,
     starts: Sequence[Combination],
     ends: DeadEnds,
+    idle: int,
     deadline: float,
     report: Callable[[str, float], None],
 ) -> None:
-    """Refine what can lead to something better than what is known."""
-    price = price_of(scene.cell)
+    """Refine what can lead to something better than what is known, until ``idle`` starts in a row did not."""
+    price, in_vain = price_of(scene.cell), 0
     for number, start in enumerate(starts[: STARTS + 1]):
         if time.perf_counter() > deadline:
             search.finished = False
+            return
+        if in_vain >= idle:
             return
         if not _promising(search, start, price) or (start.lack > LIMITS and ends.leads_to_one(start.points)):
             continue
@@ -154,7 +158,12 @@ def _refine_all(
         status = SolveStatus.OPTIMAL if refined.clean else SolveStatus.INFEASIBLE
         objective = refined.objective if refined.clean else None
         tell(Started("", search.starts, status.value, objective, refined.rounds))
+        known = search.best
         _keep(search, refined)
+        better = known is None or (
+            search.best is refined and not refined.objective > (1.0 - SAME_COST) * known.objective
+        )
+        in_vain = 0 if better else in_vain + 1
 
 
 def _promising(search: CoupledSearch, start: Combination, price: float) -> bool:

@@ -212,4 +212,3 @@ class Sieve:
 
 
 _SIGNS: Ints = np.array(ALL_SIGNS, dtype=np.int64)
-

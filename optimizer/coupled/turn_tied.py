@@ -34,16 +34,17 @@ def turned_onto(
     for _ in range(STEPS):
         lack = tie_lacks(couplings, _turned(bases, by))
         slopes = np.stack(
-            [(tie_lacks(couplings, _turned(bases, by + DIFFERENCE * unit[:, None])) - lack) / DIFFERENCE for unit in units],
+            [
+                (tie_lacks(couplings, _turned(bases, by + DIFFERENCE * unit[:, None])) - lack) / DIFFERENCE
+                for unit in units
+            ],
             axis=-1,
         )
         if not np.any(np.abs(slopes) > DIFFERENCE):
             return tuple(layouts)
         step = (np.linalg.pinv(slopes, rcond=1e-6) @ lack[..., None])[..., 0]
         by = np.clip(by - step.T, turns[..., 0], turns[..., 1])
-    return tuple(
-        stands.turned(sieve.problem, turn) for stands, sieve, turn in zip(layouts, sieves, by, strict=True)
-    )
+    return tuple(stands.turned(sieve.problem, turn) for stands, sieve, turn in zip(layouts, sieves, by, strict=True))
 
 
 def _turned(bases: Floats, by: Floats) -> list[Floats]:

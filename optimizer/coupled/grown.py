@@ -1,4 +1,4 @@
-"""Layouts of some arms and stands of one more: those that go together, best first, from as many regions as there are."""
+"""Layouts of some arms and stands of one more: those that go together, the best of as many regions as there are."""
 
 from __future__ import annotations
 
@@ -122,8 +122,7 @@ class Grower:
     ) -> tuple[Ints, Ints]:
         """Pairs (q,), (q,) of a block whose positions nearly keep their couplings; yaws can be turned."""
         if not self._ties:
-            k, j = np.meshgrid(rows, columns, indexing="ij")
-            return k.ravel(), j.ravel()
+            return np.repeat(rows, len(columns)), np.tile(columns, len(rows))
         bases = [s.bases[:, rows, None] for s in partial.stands]
         lacks = tie_lacks(self._ties, [*bases, stands.bases[:, None, columns]])
         k, j = np.nonzero(np.all(np.abs(lacks) <= slack, axis=-1))

@@ -26,7 +26,7 @@ CUT_ROUNDS = 25
 TRUST, SMALLEST_TRUST, ALLOWED = 0.4, 1e-3, 0.1
 """rad that joints may move in a round of cuts, at first and at least; share of the conditioning a round may lose."""
 CLOSE = 0.002
-"""Share of the conditioning that an answer may lack if the next one may be further away."""
+"""Share of the conditioning that an answer may lack if the next one may be further away, and at most is to make up."""
 SHRINK, HALVE, GROW = 0.3, 0.5, 1.5
 """What becomes of the radius with an answer that is refused, lacks something, or does not."""
 LESS = 0.01
@@ -103,12 +103,12 @@ def _keep_conditioning(
         The best answer that holds the constraint, or None.
     """
     wanted = float(arm.min_conditioning or 0.0)
-    point, before = start, np.inf
+    point, before, more = start, np.inf, 0.0
     values, gradients = conditioning_gradients(arm, point.joints)
     best: Solve | None = None
     seen: list[tuple[float, float]] = []
     for _ in range(CUT_ROUNDS):
-        cuts = _cuts(point.joints, wanted, values, gradients)
+        cuts = _cuts(point.joints, wanted + more, values, gradients)
         keep = point.signs is not None
         result = _solve(cell, arm, point, deadline, keep_shoulder=keep, steps=steps, cuts=cuts, radius=radius)
         if time.perf_counter() > deadline or radius < SMALLEST_TRUST:
@@ -128,6 +128,10 @@ def _keep_conditioning(
             continue
         point, values, gradients = result.points[0], new_values, new_gradients
         radius *= GROW if lacks <= CLOSE * wanted else HALVE
+        if lacks == 0.0:
+            more *= SHRINK
+        elif lacks <= CLOSE * wanted:  # answers to rows that bend may lack the same little again and again
+            more = min(more + lacks, CLOSE * wanted)
         seen.append((result.objective, lacks))
         before = result.objective
         if lacks == 0.0 and (best is None or result.objective < best.objective):

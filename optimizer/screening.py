@@ -14,8 +14,8 @@ from optimizer.notches import notches
 from optimizer.reduced import Paths, ReducedProblem, conditioning_shortfall, evaluate, evaluate_signed
 from optimizer.watch import check_stop
 
-COARSE_POSES = 8
-"""Poses that the points of the spread are looked at with."""
+COARSE_POSES, CAREFUL_POSES = 5, 12
+"""Poses that the points of the spread are looked at with; more where a conditioning is asked for."""
 SAMPLED_POSES = 32
 """Poses of a long task that the best of them are improved with; what comes out is checked on all."""
 POINTS = {0: 1, 1: 64, 2: 512, 3: 1536}
@@ -91,10 +91,12 @@ def screen(problem: ReducedProblem, box: Floats, seed: int, round_: int = 0) -> 
     Returns:
         Candidates improved on the sampled task.
     """
-    coarse, small = (problem.sampled(poses).stricter(10.0**round_) for poses in (COARSE_POSES, SAMPLED_POSES))
+    careful = problem.arm.min_conditioning is not None
+    coarse = problem.sampled(CAREFUL_POSES if careful else COARSE_POSES).stricter(10.0**round_)
+    small = problem.sampled(SAMPLED_POSES).stricter(10.0**round_)
     count = POINTS[int(np.sum(box[:, 1] > box[:, 0]))]
     if count > 1:
-        count *= 4**round_ * (THINNED if problem.arm.min_conditioning is not None else 1)
+        count *= 4**round_ * (THINNED if careful else 1)
     points = spread(box, count, seed + round_)
     spacing = _spacing(box, len(points))
     picked = improve(coarse, _pick(coarse, points, spacing), box, spacing, FIRST_STEPS)

@@ -38,9 +38,13 @@ class Server:
 
     def solve(self, body: bytes) -> tuple[float, dict[str, Any]]:
         """(seconds of the round trip, finished resource) of one request with ``Prefer: wait``."""
+        return self.send("/v1/layouts", body)
+
+    def send(self, address: str, body: bytes) -> tuple[float, dict[str, Any]]:
+        """(seconds of the round trip, answer) of a POST, with ``Prefer: wait``."""
         headers = {"Content-Type": "application/json", "Prefer": "wait=60"}
         began = perf_counter()
-        with urlopen(Request(f"{self.url}/v1/layouts", body, headers), timeout=90.0) as answer:
+        with urlopen(Request(self.url + address, body, headers), timeout=90.0) as answer:
             text = answer.read()
         seconds = perf_counter() - began
         return seconds, json.loads(text)

@@ -8,6 +8,7 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from pydantic import BaseModel
 
+from service.idempotency import PATTERN
 from service.problems import MEDIA_TYPE
 from service.schemas.evaluate import EVALUATE_EXAMPLE
 from service.schemas.request import EXAMPLE
@@ -93,9 +94,9 @@ ASKED_WITH: dict[str, list[dict[str, Any]]] = {
             "name": "Idempotency-Key",
             "in": "header",
             "required": False,
-            "description": "1 to 255 printable ASCII characters, best a new UUID: the same body with the same key is "
-            "carried out once, however often it is sent.",
-            "schema": {"type": "string", "pattern": "^[!#-~][!-~]{0,254}$"},  # quotes around it are taken off
+            "description": "1 to 255 printable ASCII characters, in quotes or not, best a new UUID: the same body with "
+            "the same key is carried out once, however often it is sent.",
+            "schema": {"type": "string", "pattern": PATTERN},
             "example": "8e03978e-40d5-43dd-bc93-6894a57f9324",
         },
     ],

@@ -175,7 +175,7 @@ def test_a_key_that_is_being_taken_in_is_busy(client: TestClient, example: Docum
     assert again.json()["id"] == answers[0].json()["id"]
 
 
-@pytest.mark.parametrize("keys", [[""], ['""'], ["a" * 256], ["a", "b"], ["\x7f"]])
+@pytest.mark.parametrize("keys", [[""], ['""'], ['"a'], ['" a"'], ["a" * 256], ["a", "b"], ["\x7f"]])
 def test_keys_that_cannot_be_used_are_refused(client: TestClient, example: Document, keys: list[str]) -> None:
     answer = client.post("/v1/layouts", json=example, headers=[("Idempotency-Key", key) for key in keys])
     assert answer.status_code == 400

@@ -97,7 +97,7 @@ class Explanation:
     """What blocks an infeasible cell.
 
     Attributes:
-        blocking: an irreducible set: without any one of these the search finds a layout.
+        blocking: an irreducible set: these by themselves leave no layout, and without any one of them the others do.
         irreducible: True if that was tried for every member within the time; False: the set blocks all layouts that
             were met until then.
         relaxations: changes that help, the one with the best layout first.

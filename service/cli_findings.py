@@ -63,8 +63,8 @@ def _explanation(explanation: dict[str, Any] | None) -> list[str]:
     """What blocks the cell, and what would help."""
     if explanation is None:
         return []
-    together = "without any one of these" if explanation["irreducible"] else "among these (time ran out)"
-    lines = [f"what blocks ({together} a layout is found):", *(f"  {one}" for one in explanation["blocking"])]
+    needed = "each of them is needed for that" if explanation["irreducible"] else "not all may be needed: time ran out"
+    lines = [f"these by themselves leave no layout ({needed}):", *(f"  {one}" for one in explanation["blocking"])]
     if explanation["relaxations"]:
         lines.append("what would help:")
     lines += [

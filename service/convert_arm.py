@@ -18,7 +18,7 @@ from models.posture import ELBOW, SHOULDER, WRIST
 from models.posture import Posture as ModelPosture
 from models.reference import mid_range
 from models.robot import Robot
-from service.convert_pose import pose_of
+from service.convert_pose import check_radians, pose_of
 from service.issues import Issues
 from service.limits import as_list
 from service.schemas.arm import Arm, Base, DhTable, Posture
@@ -42,6 +42,7 @@ def arm_of(arm: Arm, pointer: str, robots: Mapping[str, Robot], issues: Issues) 
     robot = _robot(arm, pointer, robots, issues)
     if robot is None:
         return None
+    check_radians([float(value) for value in as_list(arm.base.yaw)], f"{pointer}/base/yaw", issues)
     lower, upper = _limits(arm, robot, pointer, issues)
     reference = _reference(arm, robot, (lower, upper), pointer, issues)
     weights = _weights(arm, robot, (lower, upper), pointer, issues)

@@ -13,6 +13,7 @@ import numpy as np
 from optimizer.coupled.combine import Combination, look_through
 from optimizer.coupled.grown import Grower, Partial
 from optimizer.coupled.pool import Member
+from optimizer.coupled.refine import nearby
 from optimizer.coupled.scene import Scene
 from optimizer.coupled.stands import Sieve
 from optimizer.reduced import ReducedProblem
@@ -22,13 +23,14 @@ LOOKED_AT = 300
 
 
 def crowded(
-    scene: Scene, problems: Sequence[ReducedProblem], seed: int, deadline: float
+    scene: Scene, problems: Sequence[ReducedProblem], seed: int, deadline: float, apart: float = 0.0
 ) -> tuple[list[Combination], int]:
     """Distinct layouts that do not surely collide, best first, and the number of stands looked at.
 
     Args:
         scene: the cell. problems: reduced problem of each arm. seed: of the nets.
         deadline: `time.perf_counter` value, soft.
+        apart: m; layouts in the same postures are at least so far from better ones.
     """
     sieves: list[Sieve] = []
     partial, evaluated = Partial(()), 0
@@ -46,4 +48,14 @@ def crowded(
         tuple(Member(s.point(int(row)), float(s.objective[row]), 0.0) for s in partial.stands)
         for row in np.argsort(partial.objective, kind="stable")
     ]
-    return look_through(scene, layouts, deadline), evaluated
+    return look_through(scene, _thinned(layouts, apart) if apart > 0.0 else layouts, deadline), evaluated
+
+
+def _thinned(layouts: Sequence[tuple[Member, ...]], apart: float) -> list[tuple[Member, ...]]:
+    """Layouts, best first, without those near a better one in the same postures."""
+    kept: list[tuple[Member, ...]] = []
+    for layout in layouts:
+        points = [member.point for member in layout]
+        if not any(nearby(points, [member.point for member in other], apart) for other in kept):
+            kept.append(layout)
+    return kept

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from models.cell import Cell
+from models.posture import ALL_SIGNS
 from optimizer.coupled.combine import Combination, combine
 from optimizer.coupled.crowds import crowded
 from optimizer.coupled.dead_ends import DeadEnds
@@ -19,6 +20,7 @@ from optimizer.coupled.scene import LIMITS, Scene
 from optimizer.events import Started
 from optimizer.layout import Reason
 from optimizer.program import ArmPoint
+from optimizer.reduced import ReducedProblem
 from optimizer.search import ArmSearch
 from optimizer.settings import Settings
 from optimizer.solve import SolveStatus
@@ -32,6 +34,8 @@ WORTH = 1.25
 """Starts whose score is this much above the best clean layout are not worth a refinement."""
 BESIDE = 0.06
 """m; a start this near to a better layout in the same postures is not worth a refinement either."""
+APART, ELSEWHERE = 0.3, 6
+"""m; starts this near to what is known in the same postures are no alternatives; refinements per alternative, twice."""
 SAME_PLACE, SAME_COST = 0.02, 1e-3
 """m and relative: layouts nearer than this are the same."""
 
@@ -93,7 +97,47 @@ def search_coupled(
         _refine_all(scene, search, [*first, *combinations], ends, idle, deadline, report)
         if search.found or not search.finished:
             break
+    if search.found and len(search.found) <= settings.alternatives and all(arm.problem is not None for arm in searches):
+        report("looking for alternatives", 1.0)
+        _look_elsewhere(scene, search, searches, settings, deadline)
     return search
+
+
+def _look_elsewhere(
+    scene: Scene, search: CoupledSearch, searches: Sequence[ArmSearch], settings: Settings, deadline: float
+) -> None:
+    """Layouts in other places or postures than those that are known, whatever they cost, as many as are asked for."""
+    problems = [arm.problem for arm in searches if arm.problem is not None]
+    starts: list[Combination] = []
+    for some in (problems, *_in_other_postures(problems, search.found[0].points)):
+        found, looked = crowded(scene, some, settings.seed, deadline, APART)
+        starts += found
+        search.candidates += looked
+    starts.sort(key=lambda start: start.score(price_of(scene.cell)))
+    tried: list[Sequence[ArmPoint]] = [one.points for one in search.found]
+    for start in starts:
+        if len(search.found) > settings.alternatives or len(tried) > ELSEWHERE * settings.alternatives:
+            return
+        if time.perf_counter() > deadline:
+            search.finished = False
+            return
+        if any(nearby(start.points, points, APART) for points in tried):
+            continue
+        search.starts += 1
+        refined = refine(scene, start.points, deadline, ())
+        tried += [start.points, refined.points]
+        if refined.clean:
+            _keep(search, refined)
+
+
+def _in_other_postures(
+    problems: Sequence[ReducedProblem], points: Sequence[ArmPoint]
+) -> Iterator[list[ReducedProblem]]:
+    """The problems with one of the arms in any posture but that of its point."""
+    for index, (problem, point) in enumerate(zip(problems, points, strict=True)):
+        postures = problem.postures & np.array([signs != point.signs for signs in ALL_SIGNS])
+        if np.any(postures):
+            yield [*problems[:index], replace(problem, postures=postures), *problems[index + 1 :]]
 
 
 def _as_it_is(scene: Scene, points: Sequence[ArmPoint]) -> Refined:

@@ -84,7 +84,9 @@ class ExplanationResult(Answer):
     """What blocks an infeasible cell."""
 
     blocking: list[str] = Field(
-        description="Without any one of these a layout is found.", examples=[["the clearance of main from the table"]]
+        description="These by themselves leave no layout, and without any one of them the others do; what else is "
+        "in the way stands in `reasons`.",
+        examples=[["the clearance of main from the table"]],
     )
     irreducible: bool = Field(
         description="True if that was tried for each of them; false: time ran out, and these block all layouts met.",

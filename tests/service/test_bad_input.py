@@ -75,6 +75,13 @@ def tied(**fields: Any) -> Spoil:
 
 REFUSED: dict[str, tuple[Spoil, str, str]] = {
     # name: how to spoil a good request, the pointer that must be named, a word of the advice
+    "degrees in an orientation": (turned({"rpy": [180.0, 0.0, 0.0]}), "/arms/0/grasp/orientation/rpy", "3.14159"),
+    "degrees in a pose": (
+        task({"poses": [POSE, POSE | {"orientation": {"oat": [0.0, 90.0, 0.0]}}]}),
+        "/task/poses/1/orientation/oat",
+        "1.5708",
+    ),
+    "degrees of yaw": (put("/arms/1/base/yaw", [-30.0, 30.0]), "/arms/1/base/yaw", "radians"),
     "no task": (drop("/task"), "/task", "missing"),
     "no arms": (drop("/arms"), "/arms", "missing"),
     "empty list of arms": (put("/arms", []), "/arms", "at least 1"),

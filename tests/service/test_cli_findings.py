@@ -72,5 +72,5 @@ def test_tolerance_and_explanation_in_sentences() -> None:
     text = re.sub(r"\s+", " ", printed(tolerance=tolerance, explanation=explanation))
     assert "off by up to 2.0 mm and 0.10°: 75 % of 64 samples feasible, margin at least 28.6°" in text
     assert "up to 1.50 times that. The elbow breaks first." in text
-    assert "without any one of these a layout is found): the table" in text
+    assert "each of them is needed for that): the table" in text
     assert "lower the table (/obstacles/0/pose): objective 7.0000" in text

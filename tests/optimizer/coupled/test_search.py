@@ -63,6 +63,7 @@ def test_a_wall_where_a_base_would_stand_is_avoided_and_the_bound_of_the_arms_al
     expected = (layout.objective - layout.certificate.lower_bound) / layout.objective
     assert layout.certificate.gap == pytest.approx(expected)
     assert layout.verification.limits_respected
+    assert layout.alternatives
     for other in layout.alternatives:
         assert other.objective >= layout.objective
         assert all(c.distance >= c.required for c in other.clearances)

@@ -25,6 +25,8 @@ LIMIT_STEPS = (radians(45.0), radians(15.0))
 """rad that a joint may turn farther, either way."""
 STEP_FACTORS = (3.0, 1.5)
 """On max_joint_step, which stays below a half turn."""
+CLEARANCE_SHARES = (0.0, 0.25, 0.5, 0.75)
+"""Of a clearance that is asked for."""
 TURNS = (2, 1, 3)
 """Quarter turns of a grasp."""
 
@@ -175,7 +177,7 @@ def _clearances(cell: Cell, conflict: Selection) -> Iterator[Ladder]:
                     f"/clearance/{kind}",
                     _with_clearance(cell, kind, less),
                 )
-                for less in (0.0, 0.5 * required)
+                for less in (share * required for share in CLEARANCE_SHARES)
             )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -68,12 +68,14 @@ def evaluate_layout(cell: Cell, joints: Sequence[Floats | None] | None = None) -
         for arm, path in zip(cell.arms, given, strict=True)
     ]
     places = [np.array([interval.low for interval in _intervals(arm)]) for arm in cell.arms]
-    path = _path(cell, standing)
+    there = [one for one in standing if _is_there(one)]
+    part = cell if len(there) == len(standing) else replace(cell, arms=tuple(one.arm for one in there), couplings=())
+    path = _path(part, there)
     reasons = (
         *(reason for one in standing for reason in one.reasons),
         *floor_faults(cell, places),
         *coupling_faults(cell, places),
-        *(() if path is None else path_faults(cell, path)),
+        *(() if path is None else path_faults(part, path)),
     )
     placements = tuple(placed(cell, one.arm, one.point) for one in standing if one.point is not None)
     checks = [one.check for one in standing if one.check is not None]
@@ -96,15 +98,17 @@ def _intervals(arm: Arm) -> tuple[Interval, ...]:
     return base.x, base.y, base.z, base.yaw
 
 
+def _is_there(one: _Standing) -> bool:
+    """Whether the arm is at all poses, or near enough for its way between them to mean something."""
+    check = one.check
+    return check is not None and max(check.position_error, check.orientation_error) <= FOLLOWABLE
+
+
 def _path(cell: Cell, standing: Sequence[_Standing]) -> PathClearance | None:
-    """The check of the whole path, if any clearance is asked for and every arm is there."""
+    """The check of the whole path of the arms that are there, if any clearance is asked for."""
     clearances = cell.surroundings.clearances
     points = [one.point for one in standing if one.point is not None]
-    close = all(
-        one.check is not None and max(one.check.position_error, one.check.orientation_error) <= FOLLOWABLE
-        for one in standing
-    )
-    if not clearances.any or len(points) < len(standing) or not close:
+    if not clearances.any or not points:
         return None
     bases = np.stack([one.arm.base_in_world(p.position, p.yaw) for one, p in zip(standing, points, strict=True)])
     model = CollisionModel(cell.arms, cell.surroundings)

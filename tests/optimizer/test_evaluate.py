@@ -314,8 +314,12 @@ def test_an_arm_without_a_path_leaves_the_others_and_the_floor_to_be_judged():
     cell = at(replace(scene.cell, surroundings=around), [(-0.6, 0.0, 0.3, np.pi / 2), (9.0, 0.0, 0.3, 0.0)])
     found = evaluate_layout(cell)
     assert [p.arm for p in found.placements] == ["arm 0"]
-    assert found.clearances == ()
+    assert "arm_arm" not in {entry.kind for entry in found.clearances}
     assert kinds(found) == ["out_of_reach", "floor", "floor"]
+    box = Body("box", transform(np.eye(3), [-0.6, 0.0, 0.6]), Box(np.array([0.5, 0.5, 0.4])))
+    hit = evaluate_layout(replace(cell, surroundings=replace(around, obstacles=(*around.obstacles, box))))
+    assert kinds(hit) == ["out_of_reach", "floor", "floor", "collision"]
+    assert "box" in hit.reasons[-1].detail
 
 
 def test_the_time_is_that_of_a_page_that_follows_a_drag():

@@ -115,7 +115,6 @@ def test_conditioning_that_cannot_be_had_is_not_claimed():
     [
         ("line", 0.05, 160.531),
         ("line", 0.12, 260.474),
-        ("line", 0.2, 672.535),
         ("arc", 0.08, 235.868),
         ("arc", 0.15, 362.896),
     ],

@@ -37,7 +37,7 @@ DEEPER = 1.05
 DECIDE_TIME, DECIDE_GAP = 5.0, 1e-3
 """s and relative gap of the branch and bound that decides whether a task without a usable candidate is possible."""
 MOVED, MOVE, MOVE_STEPS = 6, 0.25, 3
-"""Candidates of a long task that are improved on all its poses, within this share of a spacing, in so many steps."""
+"""Candidates that are improved on the whole task, within this share of a spacing, in so many steps."""
 SHARE = 0.5
 """Share of the time left that one local solve may take: a start that struggles must not use up the others' time."""
 LEVEL = 1e-3
@@ -167,12 +167,11 @@ def _turned(
 
 
 def _worth_solving(found: Screen, problem: ReducedProblem) -> list[Candidate]:
-    """Candidates with a chance to be the best, scored on the whole task, best first."""
+    """Candidates with a chance to be the best, improved and scored on the whole task, best first."""
     candidates = found.candidates
     if not candidates:
         return []
-    if problem is not found.problem:
-        candidates = improve(problem, candidates[:MOVED], found.box, MOVE * found.spacing, MOVE_STEPS)
+    candidates = improve(problem, candidates[:MOVED], found.box, MOVE * found.spacing, MOVE_STEPS)
     positions = np.array([c.position for c in candidates])
     paths = evaluate_signed(problem, positions, np.array([c.signs for c in candidates]))
     whole = [

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from collections import Counter
-from functools import lru_cache
 from math import ceil
 from typing import Any
 
@@ -34,12 +33,9 @@ def robot_list(library: Library) -> list[dict[str, Any]]:
 def catalogue_list() -> list[dict[str, Any]]:
     """Robots of the catalogue in short; the first call loads them, which takes seconds, the others wait for it."""
     with _loading:
-        return _catalogue_list()
-
-
-@lru_cache(maxsize=1)
-def _catalogue_list() -> list[dict[str, Any]]:
-    return _loaded or load_catalogue()
+        if not _loaded:
+            _loaded.extend(load_catalogue())
+        return list(_loaded)
 
 
 def load_catalogue() -> list[dict[str, Any]]:

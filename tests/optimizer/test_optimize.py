@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -21,8 +18,7 @@ from models.posture import ALL_SIGNS, Posture, name_signs
 from models.task import Task
 from optimizer.layout import Outcome
 from optimizer.optimize import optimize
-from optimizer.settings import Settings
-from tests.support.answers import assert_sound, reached
+from tests.support.answers import assert_sound, reached, solved
 from tests.support.arms import general_six, make_arm, oblique_wrist, puma_by_table, region, skew_robot
 from tests.support.tasks import Possible, possible
 
@@ -32,13 +28,6 @@ FREE = np.pi
 
 def with_arm(task: Possible, **changes) -> Cell:
     return replace(task.cell, arms=(replace(task.arm, **changes),))
-
-
-def solved(cell: Cell):
-    layout = optimize(cell)
-    assert layout.outcome is Outcome.OPTIMAL, [reason.detail for reason in layout.reasons]
-    assert_sound(cell, layout)
-    return layout
 
 
 # --- what may move ----------------------------------------------------------------------------------------------------
@@ -241,6 +230,15 @@ def test_any_number_of_arms_holds_the_object(names):
         assert np.array_equal(placement.joints, alone.placements[0].joints)
 
 
+def test_progress_is_told_in_order():
+    cell = holding(["ur5e", "puma560"], 2)
+    told: list[tuple[str, float]] = []
+    optimize(cell, progress=lambda what, fraction: told.append((what, fraction)))
+    assert [fraction for _, fraction in told] == sorted(fraction for _, fraction in told)
+    assert all(0.0 <= fraction <= 1.0 for _, fraction in told)
+    assert {"arm0", "arm1"} <= {word for what, _ in told for word in what.split()}
+
+
 # --- kinds of arms ----------------------------------------------------------------------------------------------------
 
 
@@ -269,81 +267,6 @@ def test_endless_joints_have_no_margin_no_weight_and_no_jumps(name, endless):
     assert np.all(task.arm.weights[endless] == 0.0)
     assert np.abs(np.diff(placement.joints, axis=0)).max() < np.pi / 2
     assert np.isfinite(placement.minimum_margin)
-
-
-# --- long tasks, repeatability, limits of time ------------------------------------------------------------------------
-
-
-def test_a_thousand_poses():
-    task = possible("ur10e", np.random.default_rng(2), poses=1000, step=0.0008, half=(0.5, 0.5, 0.0, FREE))
-    layout = solved(task.cell)
-    witness = float(np.sum(task.arm.weights * (task.joints - task.arm.reference) ** 2))
-    assert layout.objective <= witness
-    few = replace(task.cell, task=Task(task.cell.task.poses[::111]))
-    position = optimize(few).placements[0].position
-    assert layout.placements[0].position == pytest.approx(position, abs=0.05)
-
-
-def test_a_long_path_along_the_edge_of_the_workspace_does_not_use_up_the_time():
-    """The best-looking starts stretch the arm at poses that the screening did not sample; others are fine."""
-    task = possible("puma560", np.random.default_rng(12), poses=1000, step=0.0008, half=(0.5, 0.5, 0.0, FREE))
-    layout = optimize(task.cell, Settings(time_limit=5.0))
-    assert layout.outcome is not Outcome.INFEASIBLE, [reason.detail for reason in layout.reasons]
-    witness = float(np.sum(task.arm.weights * (task.joints - task.arm.reference) ** 2))
-    assert layout.objective <= witness
-    assert layout.search.wall_time < 20.0
-
-
-SCRIPT = """
-import json, sys
-import numpy as np
-from tests.support.tasks import possible
-from optimizer.optimize import optimize
-result = []
-for name in json.loads(sys.argv[1]):
-    layout = optimize(possible(name, np.random.default_rng(13), poses=4, half=(0.3, 0.3, 0.0, np.pi)).cell)
-    placement = layout.placements[0]
-    result.append([*placement.position, placement.yaw, *placement.joints.ravel(), layout.objective,
-                   layout.search.candidates, layout.search.starts, layout.search.basins])
-print(json.dumps(result))
-"""
-
-
-def test_the_same_cell_has_the_same_layout_also_in_another_process():
-    names = ["puma560", "ur10e", "iiwa14"]
-    run = subprocess.run(
-        [sys.executable, "-c", SCRIPT, json.dumps(names)],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=100,
-    )
-    for name, there in zip(names, json.loads(run.stdout), strict=True):
-        cell = possible(name, np.random.default_rng(13), poses=4, half=(0.3, 0.3, 0.0, FREE)).cell
-        for layout in (optimize(cell), optimize(cell)):
-            (placement,) = layout.placements
-            search = layout.search
-            here = [*placement.position, placement.yaw, *placement.joints.ravel(), layout.objective]
-            assert [*here, search.candidates, search.starts, search.basins] == there
-
-
-def test_time_that_has_run_out_is_told_not_hidden():
-    task = possible("ur10e", np.random.default_rng(14))
-    layout = optimize(task.cell, Settings(time_limit=1e-6))
-    assert layout.outcome in (Outcome.FEASIBLE, Outcome.INFEASIBLE)
-    assert not layout.proved
-    if layout.outcome is Outcome.INFEASIBLE:
-        assert {reason.kind for reason in layout.reasons} == {"limit_reached"}
-
-
-def test_progress_is_told_in_order():
-    cell = holding(["ur5e", "puma560"], 2)
-    told: list[tuple[str, float]] = []
-    optimize(cell, progress=lambda what, fraction: told.append((what, fraction)))
-    assert [fraction for _, fraction in told] == sorted(fraction for _, fraction in told)
-    assert all(0.0 <= fraction <= 1.0 for _, fraction in told)
-    assert {"arm0", "arm1"} <= {word for what, _ in told for word in what.split()}
 
 
 def test_a_tool_and_a_grasp_are_taken_into_account():

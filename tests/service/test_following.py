@@ -9,7 +9,7 @@ from typing import Any
 from fastapi.testclient import TestClient
 
 from service.executor import WorkerDied
-from tests.support.server import until
+from tests.support.server import has, until
 
 Document = dict[str, Any]
 Make = Callable[..., TestClient]
@@ -142,7 +142,7 @@ def test_jobs_are_taken_up_again_after_a_crash(client_with: Make, fake: Any, exa
     fake.seconds = 0.0
     again = client_with(workers=1, data_dir=folder)
     for location in locations:
-        until(lambda at=location: state_of(again, at) == "succeeded")  # type: ignore[misc]
+        until(has(again, location, "status", "succeeded"))
     layouts = [again.get(location).json() for location in locations]
     assert [layout["attempts"] for layout in layouts] == [2, 1, 1]
     assert [layout["name"] for layout in layouts] == ["0", "1", "2"]
@@ -159,7 +159,7 @@ def test_a_job_that_ends_every_service_fails(client_with: Make, fake: Any, examp
     client = client_with(workers=1, data_dir=tmp_path / "0")
     location = client.post("/v1/layouts", json=example).headers["location"]
     for number in (1, 2):
-        until(lambda at=client, wanted=number: at.get(location).json()["attempts"] == wanted)  # type: ignore[misc]
+        until(has(client, location, "attempts", number))
         folder = crashed(tmp_path / f"{number - 1}", tmp_path / f"{number}")
         client = client_with(workers=1, max_attempts=2, data_dir=folder)
     layout = client.get(location).json()

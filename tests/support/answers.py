@@ -9,7 +9,8 @@ import pytest
 from models.arm import Arm
 from models.cell import Cell
 from models.kinematics import FLANGE, pinocchio_model
-from optimizer.layout import Layout, Placement
+from optimizer.layout import Layout, Outcome, Placement
+from optimizer.optimize import optimize
 from tests.support.signs import axis_signs
 
 
@@ -131,3 +132,11 @@ def _assert_posture(arm: Arm, placement: Placement) -> None:
         asked = getattr(arm.posture, name)
         if asked is not None:
             assert placement.posture[name] == word[asked]
+
+
+def solved(cell: Cell) -> Layout:
+    """The layout of a cell, which is optimal and sound."""
+    layout = optimize(cell)
+    assert layout.outcome is Outcome.OPTIMAL, [reason.detail for reason in layout.reasons]
+    assert_sound(cell, layout)
+    return layout

@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -133,6 +133,11 @@ def cpu_time(pid: int) -> int:
     """Ticks that a process has used."""
     fields = stat(pid)
     return int(fields[11]) + int(fields[12]) if fields else 0
+
+
+def has(client: Any, location: str, field: str, wanted: Any) -> Callable[[], bool]:
+    """Whether a field of a resource has the value that is wanted; something to wait for with `until`."""
+    return lambda: client.get(location).json()[field] == wanted
 
 
 def until(condition: Any, seconds: float = 60.0, what: str = "it") -> None:

@@ -12,7 +12,7 @@ from service.store.engine import checked_url, make_engine
 from service.store.job_store import StoreUnavailable
 from service.store.sql import SqlJobStore
 from tests.service.conftest import FakeExecutor
-from tests.support.server import line_request, until
+from tests.support.server import has, line_request, until
 
 
 def cut_all_connections(url: str) -> None:
@@ -69,7 +69,7 @@ def test_a_service_on_postgresql_lives_through_a_restart_of_the_database(empty: 
     fake = FakeExecutor()
     with TestClient(create_app(settings, fake)) as client:
         for location in waiting:
-            until(lambda at=location: client.get(at).json()["status"] == "succeeded")  # type: ignore[misc]
+            until(has(client, location, "status", "succeeded"))
         assert client.get(first.headers["location"]).json() == first.json()
 
 

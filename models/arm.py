@@ -15,6 +15,8 @@ from models.robot import Robot
 TURN = 2.0 * pi
 ROUNDING = 1e-12
 """rad"""
+SINGULAR_WRIST = 1e-3
+"""rad; a pose whose wrist is nearer than this to its singularity is not usable, unless the arm is told to allow it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +100,7 @@ class Arm:
         posture: signs the user insists on; None entries are free.
         min_conditioning: smallest allowed σmin/σmax of the Jacobian along the path, or None.
         mount: (3, 3) base orientation in the world at yaw 0; the yaw turns about the base's own z axis.
+        avoid_singularities: refuse poses at which the wrist is within `SINGULAR_WRIST` of its singularity.
     """
 
     name: str
@@ -113,6 +116,7 @@ class Arm:
     min_conditioning: float | None = None
     mount: Floats = field(default_factory=lambda: np.eye(3))
     grasps: Floats | None = None
+    avoid_singularities: bool = True
 
     def __post_init__(self) -> None:
         n = self.robot.dof

@@ -15,7 +15,7 @@ from models.family import Job, family
 from models.kinematics import reach
 from models.robot import Robot
 from models.task import Task
-from optimizer.bounds.boxes import Boxes
+from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.reduced import ReducedProblem, evaluate, reduced_problem
 from tests.support.arms import oblique_wrist, skew_rows
 

@@ -1,0 +1,185 @@
+"""The lower bound of one arm's cost over boxes of base positions, and why a box holds no solution."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.arrays import Bools, Floats, Ints
+from optimizer.certificate.bounds.angles.expansion import Enclosed, enclose, expand
+from optimizer.certificate.bounds.angles.joints import SLACK, Kinematics
+from optimizer.certificate.bounds.angles.targets import Targets
+from optimizer.certificate.bounds.angles.twist import twist_cost, twist_of
+from optimizer.certificate.bounds.ball import Ball
+from optimizer.certificate.bounds.boxes import Boxes
+from optimizer.certificate.bounds.common_shift import common_cost
+from optimizer.certificate.bounds.lifts import cheapest_lifts
+from optimizer.certificate.bounds.rules import Rules
+from optimizer.certificate.bounds.tangent import tangent_bounds
+from optimizer.certificate.bounds.turns import FirstOrder
+from optimizer.certificate.bounds.yaw import shift_cost, torn, unwrapped
+from optimizer.reduced import ReducedProblem
+
+PROBES = 8
+"""Poses tried first in tasks of more than three times as many."""
+
+REACH, LIMIT, PATH = 1, 2, 3
+"""Causes: a pose is out of reach; a joint is outside its limits at a pose; a joint has no continuous path inside."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class BoxBounds:
+    """What is known of N boxes.
+
+    Attributes:
+        lower: (N,) no path with its base in the box costs less; inf where there is none.
+        promising: (N, 3) m, the place in the box where the cost is probably smallest.
+        expected: (N,) about the cost there.
+        causes: (7, N) what alone rules the box out, by reach (row 0) and by each joint: 0 or one of the causes.
+        poses: (7, N, m) True for the poses concerned.
+    """
+
+    lower: Floats
+    promising: Floats
+    expected: Floats
+    causes: Ints
+    poses: Bools
+
+    @staticmethod
+    def nothing(boxes: Boxes, poses: int) -> BoxBounds:
+        """Nothing known yet."""
+        n = len(boxes)
+        return BoxBounds(
+            lower=np.zeros(n),
+            promising=boxes.centre.copy(),
+            expected=np.full(n, np.inf),
+            causes=np.zeros((7, n), dtype=np.int64),
+            poses=np.zeros((7, n, poses), dtype=bool),
+        )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class BoxBounder:
+    """Bounds for one reduced problem.
+
+    Attributes:
+        rules: limits and objective. kinematics: of the arm and the task.
+        probe: the same for a few poses of a long task, to rule boxes out cheaply; None for short tasks.
+        probed: indices of these poses.
+    """
+
+    rules: Rules
+    kinematics: Kinematics
+    probe: BoxBounder | None
+    probed: Ints
+
+    @staticmethod
+    def of(problem: ReducedProblem) -> BoxBounder:
+        """Prepare what all boxes share."""
+        m = len(problem.positions)
+        probe, probed = None, np.zeros(0, dtype=np.int64)
+        if m > 3 * PROBES:
+            probed = np.linspace(0, m - 1, PROBES).round().astype(np.int64)
+            probe = BoxBounder.of(problem.only(probed))
+        return BoxBounder(Rules.of(problem), Kinematics.of(Targets.of(problem)), probe, probed)
+
+    def bounds(self, boxes: Boxes, cutoff: float) -> BoxBounds:
+        """Bound every box; no more work is spent on a box once its bound has reached ``cutoff``."""
+        found = BoxBounds.nothing(boxes, len(self.kinematics.targets.wrist))
+        rows = np.arange(len(boxes))
+        if self.probe is not None:
+            probed = self.probe.bounds(boxes, 0.0)
+            found.causes[:], found.poses[..., self.probed] = probed.causes, probed.poses
+            found.lower[np.any(probed.causes > 0, axis=0)] = np.inf
+            rows = np.flatnonzero(found.lower < cutoff)
+        if len(rows):
+            self._all_poses(boxes[rows], rows, cutoff, found)
+        return found
+
+    def _all_poses(self, boxes: Boxes, rows: Ints, cutoff: float, found: BoxBounds) -> None:
+        """Bound some of the boxes by all poses."""
+        targets = self.kinematics.targets
+        local = targets.local(boxes)
+        angles = self.kinematics.angles(local)
+        far = angles.short > SLACK
+        lost = np.any(far, axis=1)
+        found.poses[0, rows], found.causes[0, rows[lost]], found.lower[rows[lost]] = far, REACH, np.inf
+        rows = rows[~lost]
+        if not len(rows):
+            return
+        enclosed = enclose(self.kinematics, local[~lost], angles[~lost])
+        costs = self._first_order(enclosed, found, rows)
+        found.lower[rows] = costs.total
+        keep = found.lower[rows] < cutoff
+        if np.any(keep):
+            enclosed, rows, half = enclosed[keep], rows[keep], boxes.half[~lost][keep]
+            expansion = expand(self.kinematics, enclosed)
+            if targets.upright:
+                half = half[:, : targets.dims]
+            else:
+                expansion = expansion.in_world(targets.mount)
+            tangent = tangent_bounds(self.rules, half, enclosed, expansion, costs[keep])
+            found.lower[rows] = np.maximum(found.lower[rows], tangent.lower)
+            found.expected[rows] = tangent.expected
+            found.promising[rows, : tangent.step.shape[1]] += tangent.step
+
+    def _first_order(self, enclosed: Enclosed, found: BoxBounds, rows: Ints) -> FirstOrder:
+        """Cost of each joint by the size of its interval; inf, and noted, where that allows no path."""
+        rules, jobs = self.rules, self.rules.jobs
+        costs = np.zeros((6, len(rows), len(jobs)))
+        each = np.zeros((6, *enclosed.values.centre.shape[1:]))
+        costs[0, :, 0] = self._first_joint(enclosed.values[0], found, rows)
+        for i in range(1, 6):
+            joint = rules.lower[i], rules.upper[i], rules.reference[i], rules.max_step
+            parts = [cheapest_lifts(enclosed.values[i, :, job], *joint, rules.share(job)) for job in jobs]
+            cost = np.stack([part.cost for part in parts], axis=-1)
+            terms = np.concatenate([part.each for part in parts], axis=-1)
+            outside, lost = np.isinf(terms), np.isinf(cost)
+            each[i] = np.where(outside, 0.0, rules.weights[i] * np.where(outside, 0.0, terms))
+            costs[i] = np.where(lost, np.inf, rules.weights[i] * np.where(lost, 0.0, cost))
+            apart = np.concatenate([part.apart for part in parts], axis=-1)
+            self._note(found, rows, i, np.any(lost, axis=-1), outside, apart)
+        return FirstOrder(costs, self._twist(enclosed, found, rows, costs, each))
+
+    def _first_joint(self, values: Ball, found: BoxBounds, rows: Ints) -> Floats:
+        """(N,) cost of joint 1."""
+        rules = self.rules
+        joint = rules.lower[0], rules.upper[0], rules.reference[0]
+        path, linked = unwrapped(values, rules.max_step, rules.joined)
+        shifted = shift_cost(path, linked, *joint, rules.shifts, rules.counts)
+        apart = torn(values, rules.max_step, rules.joined)
+        gone = np.isinf(shifted.cost)
+        cost = np.where(gone, np.inf, rules.weights[0] * np.where(gone, 0.0, shifted.cost))
+        known = np.all(linked | ~rules.joined, axis=1) & ~gone
+        if len(rules.jobs) > 1 and np.any(known):
+            cost[known] = np.maximum(cost[known], common_cost(path[known], rules))
+            gone = np.isinf(cost)
+        lost = np.any(apart, axis=1) | gone
+        self._note(found, rows, 0, lost, shifted.outside, apart | gone[:, None])
+        return np.where(lost, np.inf, cost)
+
+    def _twist(self, enclosed: Enclosed, found: BoxBounds, rows: Ints, costs: Floats, each: Floats) -> Floats:
+        """(N, B) what joints 4 and 6 cost more together than one by one, in each job."""
+        rules = self.rules
+        twist = np.zeros(costs.shape[1:])
+        stuck = ~np.all(enclosed.regular[3], axis=-1) & np.all(np.isfinite(costs), axis=(0, 2))
+        if self.kinematics.twists and np.any(stuck):
+            cost = twist_cost(twist_of(self.kinematics, enclosed.angles[stuck]), rules)
+            outside = np.isinf(cost)
+            lost = np.any(outside, axis=1)
+            self._note(found, rows[stuck], 5, lost, outside, outside)
+            if rules.counts is not None:
+                cost = np.where(outside, np.inf, np.where(outside, 0.0, cost) * rules.counts)
+            together = np.maximum(cost, each[3, stuck] + each[5, stuck])
+            for b, job in enumerate(rules.jobs):
+                more = np.sum(together[:, job], axis=1) - costs[3, stuck, b] - costs[5, stuck, b]
+                twist[stuck, b] = np.maximum(more, 0.0)
+        return twist
+
+    @staticmethod
+    def _note(found: BoxBounds, rows: Ints, joint: int, lost: Bools, outside: Bools, apart: Bools) -> None:
+        """Note that a joint rules boxes out: by its limits at single poses, or else by its path."""
+        single = np.any(outside, axis=1)
+        found.causes[joint + 1, rows[lost]] = np.where(single, LIMIT, PATH)[lost]
+        found.poses[joint + 1, rows[lost]] = np.where(single[:, None], outside, apart)[lost]

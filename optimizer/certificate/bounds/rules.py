@@ -1,0 +1,61 @@
+"""What a path has to keep and what it costs: the numbers of an arm that its geometry does not know."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.arm import TURN
+from models.arrays import Bools, Floats
+from models.jobs import joined
+from optimizer.certificate.bounds.angles.joints import SLACK
+from optimizer.certificate.bounds.yaw import Shifts
+from optimizer.reduced import ReducedProblem
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Rules:
+    """Limits (with the slack of all enclosures) and objective of one arm.
+
+    Attributes:
+        lower: (6,) rad, -inf for joints without two limits. upper: (6,) rad, likewise inf.
+        reference: (6,) rad, q*. weights: (6,) w.
+        max_step: rad, largest step of a joint from pose to pose.
+        shifts: what yaw and turns of 2π allow joint 1.
+        jobs: the poses of each job. joined: (m - 1,) True where the next pose is one of the same job.
+        counts: (m,) what the poses count for in the objective; None for 1.
+    """
+
+    lower: Floats
+    upper: Floats
+    reference: Floats
+    weights: Floats
+    max_step: float
+    shifts: Shifts
+    jobs: tuple[slice, ...]
+    joined: Bools
+    counts: Floats | None
+
+    def share(self, job: slice) -> Floats | None:
+        """What the poses of a job count for."""
+        return None if self.counts is None else self.counts[job]
+
+    @staticmethod
+    def of(problem: ReducedProblem) -> Rules:
+        """The rules of a reduced problem."""
+        arm, yaw, sigma = problem.arm, problem.arm.base.yaw, problem.sigma
+        limited = np.isfinite(arm.lower) & np.isfinite(arm.upper)
+        free = arm.base.yaw_free or yaw.width + 2.0 * SLACK >= TURN
+        start = min(-sigma * yaw.low, -sigma * yaw.high) - SLACK
+        return Rules(
+            lower=np.where(limited, arm.lower - SLACK, -np.inf),
+            upper=np.where(limited, arm.upper + SLACK, np.inf),
+            reference=arm.reference,
+            weights=arm.weights,
+            max_step=problem.max_step + SLACK,
+            shifts=Shifts(start, yaw.width + 2.0 * SLACK, free),
+            jobs=problem.jobs,
+            joined=joined(problem.starts, len(problem.positions)),
+            counts=problem.weights,
+        )

@@ -21,7 +21,7 @@ from optimizer.coupled.look import Look, look
 from optimizer.coupled.manifold import Unknowns, move
 from optimizer.coupled.quadratic import Quadratic, quadratic
 from optimizer.coupled.scene import LIMITS, Scene
-from optimizer.coupled.step import Step, best_step
+from optimizer.coupled.sqp.step import Step, best_step
 from optimizer.events import Iterated
 from optimizer.measure import placed
 from optimizer.program import ArmPoint

@@ -8,7 +8,7 @@ from scipy.optimize import minimize
 
 from optimizer.coupled.linear_rows import LinearRows
 from optimizer.coupled.quadratic import Quadratic
-from optimizer.coupled.step import best_step
+from optimizer.coupled.sqp.step import best_step
 
 NO_ROWS = LinearRows(np.zeros((0, 3)), np.zeros(0), np.zeros(0))
 FAR = np.full(3, 10.0)

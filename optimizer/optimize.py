@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from models.cell import Cell
 from optimizer.advice import with_advice
+from optimizer.certificate.budget import automatic
 from optimizer.coupled.layout import coupled_layout
 from optimizer.coupled.search import CoupledSearch, search_coupled
 from optimizer.events import Stage, Verified
@@ -52,7 +53,7 @@ def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | 
         searches.append(search_arm(cell, arm, settings, deadline))
     coupled = _couple(cell, searches, settings, deadline, report)
     searched = time.perf_counter() - started
-    certificate = None if settings.certificate is None else prove(cell, searches, settings.certificate, report)
+    certificate = _certificate(cell, searches, settings, deadline, report)
     report("verifying", 1.0)
     layout = _layout(cell, searches, certificate, searched)
     if coupled is not None:
@@ -76,6 +77,18 @@ def _couple(
     if not wanted or any(search.best is None for search in searches):
         return None
     return search_coupled(cell, searches, settings, deadline, report)
+
+
+def _certificate(
+    cell: Cell, searches: list[ArmSearch], settings: Settings, deadline: float, report: Progress
+) -> Certificate | None:
+    """The proof that is asked for, or the automatic one, which the deadline cuts."""
+    wanted = settings.certificate
+    if wanted is None:
+        return None
+    if wanted == "auto":
+        wanted = automatic(cell, max(deadline - time.perf_counter(), 0.0))
+    return prove(cell, searches, wanted, report)
 
 
 def _reporter(progress: Progress | None) -> Progress:

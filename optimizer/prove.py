@@ -32,15 +32,16 @@ def prove(
 
     Args:
         cell: the cell. searches: of its arms, in order.
-        settings: gap to reach; the time limit is shared by the arms.
+        settings: gap to reach; time limit and boxes are shared by the arms.
         report: told what is being done and the share of it that is done.
     """
     began = time.perf_counter()
-    arms = []
+    arms: list[ArmCertificate] = []
     for index, search in enumerate(searches):
         report(f"proving {search.arm.name}", index / len(searches))
-        left = max(settings.time_limit - (time.perf_counter() - began), 0.0) / (len(searches) - index)
-        arms.append(_prove_arm(cell, search, CertificateSettings(settings.gap, left)))
+        used = sum(arm.boxes for arm in arms)
+        share = _share(settings, time.perf_counter() - began, used, len(searches) - index)
+        arms.append(_prove_arm(cell, search, share))
     bounds = [arm.lower_bound for arm in arms]
     total = sum(bound for bound in bounds if bound is not None) if None not in bounds else None
     objective = sum(search.objective for search in searches)
@@ -55,6 +56,12 @@ def prove(
         arms=tuple(arms),
         wanted=settings.gap,
     )
+
+
+def _share(settings: CertificateSettings, seconds: float, boxes: int, arms: int) -> CertificateSettings:
+    """What one of the arms that are left may take of what is left after some seconds and boxes."""
+    left = None if settings.boxes is None else max(settings.boxes - boxes, 0) // arms
+    return CertificateSettings(settings.gap, max(settings.time_limit - seconds, 0.0) / arms, left)
 
 
 def relative_gap(objective: float, lower_bound: float) -> float:

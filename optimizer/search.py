@@ -13,6 +13,7 @@ from models.arrays import Floats
 from models.cell import Cell
 from optimizer.box import search_box
 from optimizer.certificate.arm_tree import certify
+from optimizer.certificate.budget import boxes_for
 from optimizer.events import Screened, Started
 from optimizer.general import different, screen_general
 from optimizer.layout import Reason
@@ -34,8 +35,9 @@ WORTH = 1.2
 """Starts scored this much above the best usable one are not worth a solve: screening is precise to a few percent."""
 DEEPER = 1.05
 """A notch may be this much deeper than what is seen of it."""
-DECIDE_TIME, DECIDE_GAP = 5.0, 1e-3
-"""s and relative gap of the branch and bound that decides whether a task without a usable candidate is possible."""
+DECIDE_WORTH, DECIDE_GAP = 5.0, 1e-3
+"""s, counted in boxes, and relative gap of the branch and bound that decides whether a task is possible for which no
+usable candidate was met."""
 MOVED, MOVE, MOVE_STEPS = 6, 0.25, 3
 """Candidates that are improved on the whole task, within this share of a spacing, in so many steps."""
 SHARE = 0.5
@@ -121,8 +123,8 @@ def _decide(cell: Cell, search: ArmSearch, problem: ReducedProblem, deadline: fl
     It finds usable paths in corners that a spread of points misses, and knows when there are none. What it finds before
     its time is up may not be the best.
     """
-    limit = min(DECIDE_TIME, max(deadline - time.perf_counter(), 0.0))
-    proof = certify(problem, None, CertificateSettings(gap=DECIDE_GAP, time_limit=limit))
+    limit, boxes = max(deadline - time.perf_counter(), 0.0), boxes_for(DECIDE_WORTH, len(problem.positions))
+    proof = certify(problem, None, CertificateSettings(DECIDE_GAP, limit, boxes))
     if proof.infeasible:
         search.proved = True
         search.reasons = explain_proof(cell, search.arm, proof.obstacles)

@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 
 @dataclass(frozen=True, slots=True)
 class CertificateSettings:
-    """How hard to prove: stop at this relative gap or after this time [s]."""
+    """How hard to prove.
+
+    Attributes:
+        gap: relative gap at which a proof stops.
+        time_limit: s after which it is cut.
+        boxes: boxes after which it stops, over all trees of the cell together; None: as many as it takes. Other than
+            the time, this does not depend on how busy the machine is.
+    """
 
     gap: float = 0.01
     time_limit: float = 10.0
+    boxes: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,17 +36,18 @@ class Settings:
 
     Attributes:
         seed: seed of every sampler; the answer is a function of cell and settings.
-        time_limit: s, soft limit of the whole call; beyond it the best point so far is returned as ``feasible``.
-        certificate: None for no proof.
+        time_limit: s, soft limit of search, automatic proof and checks; the best that is known then is the answer.
+        certificate: how hard to prove, within a time limit of its own that comes on top; "auto": as hard as is
+            proportionate to the search (`optimizer.certificate.budget`); None: not at all.
         baselines: names of methods of the literature to run beside ("interior-penalty", ...).
         alternatives: how many other layouts to report at most.
         tolerance: installation errors to look at; None for none.
-        explain: find out what blocks a cell that turns out infeasible; takes up to ``time_limit`` again.
+        explain: find out what blocks a cell without a layout; takes up to ``time_limit`` again.
     """
 
     seed: int = 0
     time_limit: float = 60.0
-    certificate: CertificateSettings | None = None
+    certificate: CertificateSettings | Literal["auto"] | None = "auto"
     baselines: tuple[str, ...] = ()
     alternatives: int = 0
     tolerance: ToleranceSettings | None = None

@@ -65,7 +65,7 @@ def certify(
     Args:
         problem: the arm's reduced problem on the full task.
         incumbent: objective of a usable path, if one is known.
-        settings: relative gap to reach, and time limit.
+        settings: relative gap to reach, time limit and number of boxes.
         stop: asked after every round; True ends the proof early.
         progress: told after every round.
 
@@ -76,7 +76,7 @@ def certify(
         Cancelled: whoever watches (`optimizer.watch`) wants an end.
     """
     search = _Search(problem, incumbent, settings)
-    while search.open and time.perf_counter() < search.deadline and not (stop and stop()):
+    while search.open and search.left > 0 and time.perf_counter() < search.deadline and not (stop and stop()):
         check_stop()
         search.round()
         tell(search.event())
@@ -112,6 +112,11 @@ class _Search:
         return len(self.fresh) + len(self.kept) > 0
 
     @property
+    def left(self) -> float:
+        """Boxes that may still be bounded."""
+        return np.inf if self.settings.boxes is None else self.settings.boxes - self.boxes
+
+    @property
     def objective(self) -> float | None:
         """The best objective known."""
         found = None if self.found is None else self.found.objective
@@ -140,7 +145,7 @@ class _Search:
 
     def round(self) -> None:
         """Bound some fresh boxes, look for a better incumbent among them, and choose whom to cut next."""
-        most = max(ROWS // len(self.problem.positions), FEWEST)
+        most = int(min(max(ROWS // len(self.problem.positions), FEWEST), self.left))
         now, later = self.fresh[:most], self.fresh[most:]
         found = self.bounder.bounds(now, self.cutoff)
         bounds = np.maximum(found.lower, self.inherited[:most])

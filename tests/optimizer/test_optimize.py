@@ -18,6 +18,7 @@ from models.posture import ALL_SIGNS, Posture, name_signs
 from models.task import Task
 from optimizer.layout import Outcome
 from optimizer.optimize import optimize
+from optimizer.settings import Settings
 from tests.support.answers import assert_sound, reached, solved
 from tests.support.arms import general_six, make_arm, oblique_wrist, puma_by_table, region, skew_robot
 from tests.support.tasks import Possible, possible
@@ -233,7 +234,7 @@ def test_any_number_of_arms_holds_the_object(names):
 def test_progress_is_told_in_order():
     cell = holding(["ur5e", "puma560"], 2)
     told: list[tuple[str, float]] = []
-    optimize(cell, progress=lambda what, fraction: told.append((what, fraction)))
+    optimize(cell, Settings(certificate=None), lambda what, fraction: told.append((what, fraction)))
     assert [fraction for _, fraction in told] == sorted(fraction for _, fraction in told)
     assert all(0.0 <= fraction <= 1.0 for _, fraction in told)
     assert {"arm0", "arm1"} <= {word for what, _ in told for word in what.split()}

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arm import TURN, Arm
+from models.arm import SINGULAR_WRIST, TURN, Arm
 from models.arrays import Floats
 from models.branches import signs_of
 from models.cell import Cell
@@ -21,6 +21,7 @@ from models.closed_form import ClosedForm, closed_form
 from models.inverse import branches
 from models.pose import inverse
 from models.posture import ALL_SIGNS
+from models.wrist_singularity import wrist_shortfall
 from optimizer.measure import objective_of
 from optimizer.paths import choose_yaw, lift, unwrap
 
@@ -80,7 +81,7 @@ def node_costs(arm: Arm, layer: Floats, skip_first: bool, weight: float = 1.0) -
     outside = np.maximum(low - values, 0.0) + np.maximum(values - high, 0.0)
     cost = weight * arm.weights * (values - arm.reference) ** 2 + BEYOND * outside
     total: Floats = np.sum(cost[:, 1:] if skip_first else cost, axis=1)
-    return total
+    return total + BEYOND / SINGULAR_WRIST * wrist_shortfall(arm, layer.T[..., None])
 
 
 def best_path(cell: Cell, arm: Arm, position: Floats, yaw: float) -> LayeredPath:
@@ -117,6 +118,7 @@ def finish_path(cell: Cell, arm: Arm, position: Floats, yaw: float, joints: Floa
         best, out = choose_yaw(joints[0], arm.lower[0], arm.upper[0], arm.reference[0], arm.base, sigma, *jobs)
         yaw, violation = float(best), violation + float(out)
     path = joints.T
+    violation += float(wrist_shortfall(arm, joints))
     objective = objective_of(task, arm, path)
     form = closed_form(arm.robot)
     postures = [] if form is None else [_signs(form, path[(job.start + job.stop) // 2]) for job in task.jobs]

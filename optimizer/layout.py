@@ -25,8 +25,8 @@ class Reason:
 
     Attributes:
         arm: name of the arm.
-        kind: out_of_reach | joint_limit | joint_step | posture | jobs | conditioning | limit_reached | floor |
-            coupling | collision.
+        kind: out_of_reach | joint_limit | joint_step | posture | jobs | conditioning | singularity |
+            limit_reached | floor | coupling | collision.
         poses: indices of the poses concerned (0-based).
         joint: name of the joint concerned, or None.
         amount: by how much, in ``unit``; None where there is no number.
@@ -62,6 +62,7 @@ class Placement:
             (rad for elbow and wrist, m for shoulder); empty for arms without a closed form.
         geometry: where the shape of the arm's links comes from: mesh | cited | estimated.
         mount: (3, 3) orientation of the base in the world at yaw 0.
+        avoids_singularities: the rule it was judged by: False where the arm may go through wrist singularities.
     """
 
     arm: str
@@ -77,6 +78,7 @@ class Placement:
     singularity_distances: dict[str, float]
     geometry: str = "estimated"
     mount: Floats = field(default_factory=lambda: np.eye(3))
+    avoids_singularities: bool = True
 
     def __post_init__(self) -> None:
         set_frozen(self, "position", self.position, (3,))

@@ -1,7 +1,8 @@
 """One local solve of one arm, with rows added only where the answer needs them.
 
 Joint steps and conditioning are rarely active, and their rows are many; so the program is solved without them, the
-answer is looked at, and they are added where it breaks them.
+answer is looked at, and they are added where it breaks them. So is the distance that the wrist has to keep from its
+singularity: bounds a little inside the side of the wrist, from where the program without them ended.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from models.cell import Cell
 from models.chain import chain_of
 from models.kinematics import characteristic_length
 from models.screws import conditioning_of
+from models.wrist_singularity import wrist_shortfall
 from optimizer.measure import largest_step
 from optimizer.pose_rows import BASE
 from optimizer.program import ArmPoint, Cuts, build_program
@@ -51,6 +53,14 @@ def solve_locally(cell: Cell, arm: Arm, start: ArmPoint, deadline: float) -> Sol
     Returns:
         The last solve; whether its point is usable is for `optimizer.verify` to say.
     """
+    result = _solve_rows(cell, replace(arm, avoid_singularities=False), start, deadline)
+    if result.status.has_point and wrist_shortfall(arm, result.points[0].joints.T) > 0.0:
+        return _solve_rows(cell, arm, result.points[0], deadline)
+    return result
+
+
+def _solve_rows(cell: Cell, arm: Arm, start: ArmPoint, deadline: float) -> Solve:
+    """Solve without rows of steps and conditioning, then with those that the answer breaks."""
     keep = start.signs is not None
     result = _solve(cell, arm, start, deadline, keep_shoulder=keep)
     steps = False

@@ -15,6 +15,7 @@ from models.kinematics import characteristic_length, conditioning
 from models.links import provenance
 from models.posture import name_signs
 from models.task import Task
+from models.wrist_singularity import wrist_distance
 from optimizer.layout import JobShare, Placement
 from optimizer.program import ArmPoint
 
@@ -73,15 +74,16 @@ def placed(cell: Cell, arm: Arm, point: ArmPoint) -> Placement:
         characteristic_length=length,
         singularity_distances={} if form is None else _singularity_distances(form, point.joints),
         mount=arm.mount,
+        avoids_singularities=arm.avoid_singularities,
         geometry=provenance(cell.surroundings.links(arm)),
     )
 
 
 def _singularity_distances(form: ClosedForm, joints: Floats) -> dict[str, float]:
     """Smallest distance to each singular set: shoulder [m], elbow and wrist [rad] (0 = singular, π/2 = farthest)."""
-    front, elbow, wrist = posture_terms(form, joints.T, np.sin, np.cos)
+    front, elbow, _ = posture_terms(form, joints.T, np.sin, np.cos)
     return {
         "shoulder": float(np.min(np.abs(front))),
         "elbow": float(np.min(np.arcsin(np.minimum(np.abs(elbow), 1.0)))),
-        "wrist": float(np.min(np.arcsin(np.minimum(np.abs(wrist), 1.0)))),
+        "wrist": float(np.min(wrist_distance(form, joints[:, 4]))),
     }

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.arm import Arm
+from models.arm import SINGULAR_WRIST, Arm
 from models.arrays import Floats
 from models.cell import Cell
 from models.closed_form import closed_form
@@ -194,8 +194,9 @@ def _arm_numbers(cell: Cell, arm: Arm, point: ArmPoint, structure: Structure, sc
 def joint_bounds(arm: Arm, point: ArmPoint) -> tuple[Floats, Floats]:
     """Limits in force, narrowed so that elbow and wrist keep their side; both (n,) rad.
 
-    A side of the elbow is half a turn of joint 3, a side of the wrist half a turn of joint 5; which half turn is the
-    one the start lies in. ``point`` is a path of one job: others may be on other turns.
+    A side of the elbow is half a turn of joint 3, a side of the wrist half a turn of joint 5, less what the wrist has
+    to keep from its singularity at either end; which half turn is the one the start lies in. ``point`` is a path of one
+    job: others may be on other turns.
     """
     low, high = arm.lower.copy(), arm.upper.copy()
     form = closed_form(arm.robot)
@@ -205,11 +206,12 @@ def joint_bounds(arm: Arm, point: ArmPoint) -> tuple[Floats, Floats]:
     bend = -shoulder * elbow  # sign of the turn from upper arm to forearm
     turn = form.turns[2] * bend
     straight = -form.turns[2] * form.planar.elbow_angle
-    for joint, zero, side in ((2, straight, turn), (4, form.wrist_zero, float(wrist))):
+    away = SINGULAR_WRIST if arm.avoid_singularities else 0.0
+    for joint, zero, side, inside in ((2, straight, turn, 0.0), (4, form.wrist_zero, float(wrist), away)):
         mean = float(np.mean(point.joints[:, joint]))
         start = zero + (np.pi * (side - 1.0) / 2.0)
         start += 2.0 * np.pi * np.round((mean - (start + np.pi / 2.0)) / (2.0 * np.pi))
-        low[joint], high[joint] = max(low[joint], start), min(high[joint], start + np.pi)
+        low[joint], high[joint] = max(low[joint], start + inside), min(high[joint], start + np.pi - inside)
     return low, high
 
 

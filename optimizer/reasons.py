@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.arm import Arm
+from models.arm import SINGULAR_WRIST, Arm
 from models.arrays import Floats
 from models.branches import solve_signed
 from models.cell import Cell
@@ -14,6 +14,7 @@ from models.chain import chain_of
 from models.kinematics import characteristic_length
 from models.screws import conditioning_of
 from models.task import Task
+from models.wrist_singularity import wrist_shortfall
 from optimizer.box import reach_windows, search_box
 from optimizer.layers import LayeredPath
 from optimizer.layout import Reason
@@ -243,6 +244,7 @@ def explain_path(
             excess = f"{np.degrees(amount):.2f}°"
             detail = f"{arm.name}: {where} {name} is beyond its limit by up to {excess} at {_poses(poses)}"
             reasons.append(Reason(arm.name, "joint_limit", tuple(map(int, poses)), detail, name, amount, "rad"))
+    reasons += _singular(arm, joints, where, first)
     steps = np.abs(np.diff(joints, axis=0)) - np.where(cell.task.joined, cell.max_joint_step, np.inf)[:, None]
     for i in np.argsort(-np.max(steps, axis=0, initial=0.0)):
         poses = first + np.flatnonzero(steps[:, i] > 1e-9) + 1
@@ -255,6 +257,20 @@ def explain_path(
             )
             reasons.append(Reason(arm.name, "joint_step", tuple(map(int, poses)), detail, name, amount, "rad"))
     return tuple(reasons)
+
+
+def _singular(arm: Arm, joints: Floats, where: str, first: int) -> list[Reason]:
+    """The reason, if the wrist is too near to its singularity somewhere."""
+    amounts = wrist_shortfall(arm, joints.T[..., None])
+    poses = first + np.flatnonzero(amounts > 0.0)
+    if not len(poses):
+        return []
+    detail = (
+        f"{arm.name}: {where} the wrist is within {np.degrees(SINGULAR_WRIST):.3f}° of its singularity at "
+        f'{_poses(poses)}; move or turn the task or the grasp, or allow singularities ("singularities": "allow")'
+    )
+    amount, name = float(np.max(amounts)), arm.robot.joint_names[4]
+    return [Reason(arm.name, "singularity", tuple(map(int, poses)), detail, name, amount, "rad")]
 
 
 def _no_posture(arm: Arm) -> Reason:

@@ -23,6 +23,7 @@ from models.kinematics import characteristic_length
 from models.pose import rotation_angle
 from models.posture import ALL_SIGNS
 from models.screws import conditioning_of
+from models.wrist_singularity import wrist_shortfall
 from optimizer.paths import choose_yaw, lift, unwrap
 
 LONGEST_GAP = 0.6
@@ -128,6 +129,7 @@ class Paths:
         missing: (8, N) m, sum over the poses of what reach lacks.
         beyond: (8, N) rad, sum over the joints of what the path sticks out of the limits.
         jump: (8, N) rad, what the largest joint step exceeds the allowed one by.
+        singular: (8, N) rad, what the wrist lacks of its distance from its singularity.
     """
 
     joints: Floats
@@ -136,11 +138,12 @@ class Paths:
     missing: Floats
     beyond: Floats
     jump: Floats
+    singular: Floats
 
     @property
     def violation(self) -> Floats:
         """(8, N) one number for how far from allowed a path is: metres and radians added; 0 means usable."""
-        return self.missing + self.beyond + self.jump
+        return self.missing + self.beyond + self.jump + self.singular
 
 
 def reduced_problem(cell: Cell, arm: Arm) -> ReducedProblem | None:
@@ -224,6 +227,7 @@ def conditioning_shortfall(problem: ReducedProblem, joints: Floats) -> Floats:
 def _paths(problem: ReducedProblem, branches: Branches) -> Paths:
     arm = problem.arm
     jobs = problem.weights, problem.starts
+    singular = wrist_shortfall(arm, branches.joints)
     joints, step = unwrap(branches.joints, problem.starts)
     beyond = np.zeros(step.shape[1:])
     for i in range(1, 6):
@@ -233,4 +237,4 @@ def _paths(problem: ReducedProblem, branches: Branches) -> Paths:
     weighted = error if problem.weights is None else error * problem.weights
     objective = np.einsum("i,ikNm,ikNm->kN", arm.weights, error, weighted, optimize=False)
     jump = np.maximum(np.max(step, axis=0) - problem.max_step, 0.0)
-    return Paths(joints, yaw, objective, np.sum(branches.missing, axis=-1), beyond + out, jump)
+    return Paths(joints, yaw, objective, np.sum(branches.missing, axis=-1), beyond + out, jump, singular)

@@ -13,6 +13,7 @@ from models.cell import Cell
 from models.closed_form import ClosedForm, closed_form
 from models.kinematics import characteristic_length, conditioning, flange_poses
 from models.pose import rotation_angle
+from models.wrist_singularity import wrist_shortfall
 from optimizer.layout import Verification
 from optimizer.measure import largest_step
 from optimizer.program import ArmPoint
@@ -36,6 +37,7 @@ class ArmCheck:
         limits: largest excess over joint limits and base region, rad or m, <= 0 if none.
         posture: largest distance on the wrong side of a singular set, <= 0 if none.
         conditioning: by how much σmin/σmax falls short of what the request asks for, <= 0 if it does not.
+        singularity: rad by which the wrist is nearer to its singularity than the arm may be, 0 if it is not.
         max_joint_step: rad, allowed.
     """
 
@@ -45,6 +47,7 @@ class ArmCheck:
     limits: float
     posture: float
     conditioning: float
+    singularity: float
     max_joint_step: float
 
     @property
@@ -57,6 +60,7 @@ class ArmCheck:
             and self.limits <= LIMITS
             and self.posture <= SIDE
             and self.conditioning <= LIMITS
+            and self.singularity <= 0.0
         )
 
 
@@ -83,6 +87,7 @@ def check(cell: Cell, arm: Arm, point: ArmPoint) -> ArmCheck:
         limits=float(max(joints, base)),
         posture=_wrong_side(arm, point),
         conditioning=_shortfall(arm, point.joints),
+        singularity=float(wrist_shortfall(arm, point.joints.T)),
         max_joint_step=cell.max_joint_step,
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arm import Arm
+from models.arm import SINGULAR_WRIST, Arm
 from models.arrays import Floats
 from models.branches import posture_terms
 from models.closed_form import ClosedForm, closed_form
@@ -31,7 +31,7 @@ def add_joint_rows(rows: RowCollector, scene: Scene, index: int, point: ArmPoint
     _add_steps(rows, scene, index, point)
     form = closed_form(arm.robot)
     if form is not None and point.signs is not None:
-        _add_posture(rows, scene, index, form, point.signs)
+        _add_posture(rows, scene, index, form, point.signs, SINGULAR_WRIST if arm.avoid_singularities else 0.0)
     if arm.min_conditioning is not None:
         _add_conditioning(rows, scene, index, arm)
 
@@ -55,12 +55,17 @@ def _add_steps(rows: RowCollector, scene: Scene, index: int, point: ArmPoint) ->
         rows.add(slopes, most - np.abs(change[j, i]), np.full(len(j), INSIDE))
 
 
-def _add_posture(rows: RowCollector, scene: Scene, index: int, form: ClosedForm, signs: tuple[int, int, int]) -> None:
-    """Poses near a singular set that the posture must not cross (as in `optimizer.verify`)."""
+def _add_posture(
+    rows: RowCollector, scene: Scene, index: int, form: ClosedForm, signs: tuple[int, int, int], away: float
+) -> None:
+    """Poses near a singular set that the posture must not cross (as in `optimizer.verify`), the wrist's with a distance
+    of ``away`` rad.
+    """
     poses = rows.samples.poses
     q = rows.samples.joints[index][poses]
     sides = np.array([signs[0], -signs[0] * signs[1], signs[2]])
     values = sides[:, None] * _terms(form, q)
+    values[2] -= np.sin(away)
     slopes = np.stack(
         [
             (_terms(form, q + DIFFERENCE * unit) - _terms(form, q - DIFFERENCE * unit)) / (2.0 * DIFFERENCE)

@@ -15,6 +15,7 @@ from models.collision_bodies import Owner
 from models.kinematics import characteristic_length
 from models.screws import conditioning_of
 from models.surroundings import PairClass
+from models.wrist_singularity import wrist_shortfall
 from optimizer.coupled.obstructed import part_hits
 from optimizer.coupled.samples import Samples, sample_path
 from optimizer.coupled.scene import LIMITS, Scene, tie_violation, world_yaw
@@ -91,6 +92,8 @@ def _of_arm(cell: Cell, a: int, way: Way) -> Iterator[Violation]:
     for row in np.flatnonzero(joined & np.any(np.abs(np.diff(q, axis=0)) > cell.max_joint_step + EXACT, axis=1)):
         pose = way.first + int(row)
         yield Violation(frozenset({this, Element(Kind.STEP)}), pose, pose + 1)
+    for row in np.flatnonzero(wrist_shortfall(arm, q.T[..., None])):
+        yield Violation(frozenset({this}), way.first + int(row), way.first + int(row))
     for row in np.flatnonzero(_ill_conditioned(arm, q)):
         pose = way.first + int(row)
         yield Violation(frozenset({this, Element(Kind.CONDITIONING, a)}), pose, pose)

@@ -65,8 +65,8 @@ class Reason(Answer):
 
     arm: str = Field(description="Its name; empty where no arm is to blame.", examples=["main"])
     kind: str = Field(
-        description="out_of_reach, joint_limit, joint_step, posture, conditioning, limit_reached, floor, coupling, "
-        "collision, pose_error.",
+        description="out_of_reach, joint_limit, joint_step, posture, conditioning, singularity, limit_reached, floor, "
+        "coupling, collision, pose_error.",
         examples=["out_of_reach"],
     )
     poses: list[int] = Field(description="Poses concerned, counted from 0.", examples=[[7, 8, 9]])

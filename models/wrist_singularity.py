@@ -1,0 +1,39 @@
+"""How far a wrist is from its singularity, and the rule that keeps an arm away from it.
+
+Where joint 5 aligns the axes that it turns against each other, one joint of the wrist may take any value and drags
+others along: no controller follows a path there. So a pose whose wrist is within `models.arm.SINGULAR_WRIST` of its
+singularity is not usable, unless the arm is told to allow it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from models.arm import SINGULAR_WRIST, Arm
+from models.arrays import Floats
+from models.closed_form import ClosedForm, closed_form
+
+KEPT = 1e-6
+"""rad; a distance missed by less counts as kept."""
+
+
+def wrist_distance(form: ClosedForm, fifth: Floats) -> Floats:
+    """(...) rad in [0, π/2], distance of values of joint 5 (...) [rad] from the nearer singular one."""
+    distance: Floats = np.abs(fifth - form.wrist_zero)
+    if np.max(distance, initial=0.0) > np.pi:
+        distance = np.abs(np.remainder(distance + np.pi, 2.0 * np.pi) - np.pi)
+    np.subtract(0.5 * np.pi, np.abs(distance - 0.5 * np.pi), out=distance)
+    return distance
+
+
+def wrist_shortfall(arm: Arm, joints: Floats) -> Floats:
+    """(...) rad, what the wrist lacks of its distance on paths (n, ..., m) [rad]; 0 if it keeps it at every pose.
+
+    All 0 for arms without a closed form and for those that allow singularities.
+    """
+    form = closed_form(arm.robot)
+    if form is None or not arm.avoid_singularities:
+        return np.zeros(joints.shape[1:-1])
+    nearest = np.min(wrist_distance(form, joints[4]), axis=-1, initial=0.5 * np.pi)
+    shortfall: Floats = np.maximum(SINGULAR_WRIST - KEPT - nearest, 0.0)
+    return shortfall

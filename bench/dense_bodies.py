@@ -14,6 +14,8 @@ import coal
 import numpy as np
 import pinocchio as pin
 
+from bench.dense_mounting import carriers, face_depth, is_base
+from bench.dense_shapes import coal_shape
 from models.arm import Arm
 from models.arrays import Floats
 from models.bounding import bounding
@@ -22,10 +24,7 @@ from models.grasp_zone import outside_zones
 from models.kinematics import pinocchio_model
 from models.links import link_bodies
 from models.self_pairs import self_pairs
-from models.shapes import Body, Box, Capsule, Cylinder, HalfSpace, Shape, Sphere
-
-MOUNTED = 5e-3
-"""m; an obstacle whose surface is this near to where an arm is bolted down carries the arm."""
+from models.shapes import Body, HalfSpace
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,13 +59,14 @@ class DenseBodies:
 
         Args:
             cell: what stands there, and the classes asked for.
-            bases: (A, 4, 4) in the world: they decide what an arm is bolted to.
+            bases: (A, 4, 4) in the world: they decide what an arm is mounted on.
         """
         self.cell, self.bases = cell, bases
         around = cell.surroundings
         self.solids: list[Solid] = []
         of_arm = [self._arm(a, arm) for a, arm in enumerate(cell.arms)]
         obstacles = [self._add(o, None, -1) for o in around.obstacles]
+        stands = [(self.solids[j].shape, self.solids[j].pose) for j in obstacles]
         part: list[int] = []
         pieces: list[int] = []
         if around.part is not None:
@@ -76,11 +76,15 @@ class DenseBodies:
             pieces = [self._add(body, None, -1, carried=True) for body in free]
         pairs: list[tuple[str, int, int]] = []
         for a, arm in enumerate(cell.arms):
+            depth = face_depth(cell, arm)
+            carrying = {obstacles[k] for k in carriers(bases[a], depth, stands)}
             for i in of_arm[a]:
                 pairs += [("arm_arm", i, j) for other in of_arm[a + 1 :] for j in other]
                 if self.solids[i].link < arm.dof:
                     pairs += [("arm_part", i, j) for j in pieces]
-                pairs += [("arm_obstacle", i, j) for j in obstacles if not self._carries(a, i, j)]
+                own = self.solids[i]
+                exempt = carrying if is_base(arm, own.link, own.shape, own.pose, depth) else set()
+                pairs += [("arm_obstacle", i, j) for j in obstacles if j not in exempt]
         pairs += [("part_obstacle", i, j) for i in part for j in obstacles]
         wanted = {"arm_arm", "arm_part", "arm_obstacle", "part_obstacle"}
         self.pairs = [p for p in pairs if p[0] in wanted and getattr(around.clearances, p[0]) is not None]
@@ -119,18 +123,6 @@ class DenseBodies:
         self.solids.append(Solid(name or body.name, arm, link, carried, body.pose, shape, centre, radius))
         return len(self.solids) - 1
 
-    def _carries(self, arm: int, body: int, obstacle: int) -> bool:
-        """True if the obstacle is what the arm is bolted to, and the body one of its foot: pedestal, base, link 1."""
-        if self.solids[body].link > 1:
-            return False
-        pedestal = self.cell.surroundings.of(self.cell.arms[arm].name).pedestal
-        foot = np.array(self.bases[arm], dtype=np.float64)
-        if pedestal is not None:
-            foot[:3, 3] -= pedestal.height * foot[:3, 2]
-        stand = self.solids[obstacle]
-        speck = coal.Sphere(1e-6)
-        return abs(_distance(speck, _placed(foot), stand.shape, _placed(stand.pose)) + 1e-6) <= MOUNTED
-
     # --- where it is --------------------------------------------------------------------------------------------------
 
     def place(self, joints: list[Floats], object_in_world: Floats) -> list[Floats]:
@@ -165,26 +157,6 @@ class DenseBodies:
             if distance < most:
                 found[kind] = distance, i, j
         return found
-
-
-def coal_shape(shape: Shape) -> Any:
-    """Coal's geometry of a shape."""
-    match shape:
-        case Box(size=size):
-            return coal.Box(*size)
-        case Sphere(radius=radius):
-            return coal.Sphere(radius)
-        case Capsule(radius=radius, length=length):
-            return coal.Capsule(radius, length)
-        case Cylinder(radius=radius, length=length):
-            return coal.Cylinder(radius, length)
-        case HalfSpace():
-            return coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0)
-        case _:
-            corners = coal.StdVec_Vec3s()
-            for point in shape.points:
-                corners.append(point)
-            return coal.ConvexBase.convexHull(corners, True, "Qt")
 
 
 def _placed(pose: Floats) -> Any:

@@ -7,7 +7,9 @@ from math import cos, inf, pi, sin
 
 import numpy as np
 
+from bench.dense_mounting import carriers, face_depth
 from bench.dense_rules import floor_gap
+from bench.dense_shapes import coal_shape
 from bench.inner_balls import Balls, point_distances
 from models.arm import TURN, Arm
 from models.arrays import Bools, Floats
@@ -25,8 +27,6 @@ HEIGHTS = 3
 """Levels where a base may choose its height."""
 LOOKED_AT = 7
 """Poses at which balls are placed."""
-MOUNTED = 5e-3
-"""m; as in `bench.dense_bodies`."""
 
 
 Singles = np.ndarray[tuple[int, ...], np.dtype[np.float32]]
@@ -147,9 +147,9 @@ def _free(cell: Cell, index: int, stands: Floats, joints: Floats) -> tuple[Bools
     bases = arm.base_in_world(stands[:, :3], stands[:, 3])
     keep: Bools = np.ones(len(stands), dtype=np.bool_)
     placed: Singles = np.empty((len(poses), len(stands), len(balls.radii), 3), dtype=np.float32)
-    foot = bases[:, :3, 3].copy()
-    if brings.pedestal is not None:
-        foot -= brings.pedestal.height * bases[:, :3, 2]
+    depth = face_depth(cell, arm)
+    solids = [(coal_shape(obstacle.shape), obstacle.pose) for obstacle in around.obstacles]
+    carried = [carriers(base, depth, solids) for base in bases]
     pieces: tuple[Body, ...] = ()
     if around.part is not None:
         grasps = np.array([each.grasp[:3, 3] for each in cell.arms])
@@ -158,8 +158,8 @@ def _free(cell: Cell, index: int, stands: Floats, joints: Floats) -> tuple[Bools
         here = balls.placed(bases[:, None] @ link_frames(arm.robot, joints[:, pose]))
         placed[k] = here
         if around.clearances.arm_obstacle is not None:
-            for obstacle in around.obstacles:
-                carries = np.abs(point_distances(obstacle, foot)) <= MOUNTED
+            for number, obstacle in enumerate(around.obstacles):
+                carries = np.array([number in those for those in carried], dtype=np.bool_)
                 gaps = point_distances(obstacle, here) - balls.radii
                 gaps[carries[:, None] & (balls.frames <= 1)] = inf
                 keep &= np.min(gaps, axis=1, initial=inf) >= around.clearances.arm_obstacle

@@ -12,14 +12,10 @@ from models.arm import Arm
 from models.arrays import Bools, Floats, Ints, set_frozen
 from models.collision_bodies import EVERY, CellBodies, Owner, collect, frame_offsets
 from models.link_frames import link_frames
+from models.mounting import Mounting, face_depth
 from models.pair_bounds import PairBounds
-from models.pose import transform
 from models.separation import Separation, separation
-from models.shapes import Sphere
 from models.surroundings import PairClass, Surroundings
-
-MOUNTED = 5e-3
-"""m; an obstacle whose surface is this near to where an arm is bolted down is what it is bolted to."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +55,7 @@ class Configurations:
     Attributes:
         frames: (K, F, 4, 4) in the world: world, object, then the links of each arm.
         ends: (K, B, 2, 3) m, segments of the bounding capsules in the world.
-        counted: (P,) pairs that count: not what an arm is bolted to.
+        counted: (P,) pairs that count: not a base with what it is mounted on.
         jobs: (K,) number of the job of the task that each configuration belongs to.
     """
 
@@ -75,23 +71,27 @@ class Configurations:
 class CollisionModel:
     """Bodies and pairs of a cell; build it once, ask it often. Classes without a clearance are not looked at."""
 
-    def __init__(self, arms: Sequence[Arm], surroundings: Surroundings) -> None:
+    def __init__(self, arms: Sequence[Arm], surroundings: Surroundings, holders: Sequence[Arm] | None = None) -> None:
         """Collect bodies and pairs.
 
         Args:
             arms: of the cell; robots, grasps and limits are used.
             surroundings: everything else.
+            holders: all arms that hold the part, where ``arms`` are only some of them; ``arms`` by default. The part is
+                left out around their grasps.
         """
         self.arms = tuple(arms)
-        self.bodies: CellBodies = collect(arms, surroundings)
+        self.bodies: CellBodies = collect(arms, surroundings, holders)
         self.offsets = frame_offsets(arms)
-        self._drop = [_mount_depth(surroundings, arm) for arm in arms]
+        self._depths = [face_depth(surroundings, arm) for arm in arms]
         b = self.bodies
         self._bounds = PairBounds(b)
         self.exact_bounds: Bools = self._bounds.exact
         self._of_jobs = bool(np.any(b.jobs != EVERY))
         self._mounts = np.flatnonzero(b.mounts)
-        self._mount_arms = np.array([b.owners[i].arm for i in b.first[self._mounts]])
+        self._mount_arms = np.array([b.owners[i].arm for i in b.first[self._mounts]], dtype=np.int64)
+        self._obstacles: Ints = np.unique(b.second[self._mounts])
+        self._mounting = Mounting([b.bodies[i] for i in self._obstacles])
         self._last: tuple[bytes, Bools] = b"", np.ones(len(b.first), dtype=np.bool_)  # of the last bases
         self._bolted: Bools | None = None  # pairs that count wherever the bases are
         self._of_kind = {
@@ -265,40 +265,41 @@ class CollisionModel:
         return sorted((c for c in found if c.distance < limits[c.pair]), key=lambda c: c.distance)
 
     def counted(self, bases: Floats) -> Bools:
-        """(P,) False where a base, pedestal or first link meets what its arm is bolted to."""
+        """(P,) False where a base meets what it is mounted on (`models.mounting`), for bases (A, 4, 4)."""
         if self._bolted is not None:
             return self._bolted
         key = np.asarray(bases).tobytes()
         if key != self._last[0]:
-            b = self.bodies
-            counted: Bools = np.ones(len(b.first), dtype=np.bool_)
-            for arm, base in enumerate(bases):
-                foot = base[:3, 3] - self._drop[arm] * base[:3, 2]
-                of_arm = self._mounts[self._mount_arms == arm]
-                for obstacle in self._touched(foot, np.unique(b.second[of_arm])):
-                    counted[of_arm[b.second[of_arm] == obstacle]] = False
-            self._last = key, counted
+            self._last = key, self.counted_layouts(np.asarray(bases)[None])[0]
         return self._last[1]
 
-    def _touched(self, point: Floats, obstacles: Ints) -> list[int]:
-        """Those of the obstacles on whose surface a point in the world lies, to `MOUNTED`."""
-        b = self.bodies
-        boxes = b.box_poses[obstacles]
-        inside = np.einsum("oab,oa->ob", boxes[:, :3, :3], point - boxes[:, :3, 3])
-        near = b.flat[obstacles] | np.all(np.abs(inside) <= b.half[obstacles] + MOUNTED, axis=1)
-        touched = []
-        for obstacle in obstacles[near]:
-            body = b.bodies[obstacle]
-            gap = separation(_SPECK, transform(np.eye(3), point), body.shape, body.pose).distance + _SPECK.radius
-            if abs(gap) <= MOUNTED:
-                touched.append(int(obstacle))
-        return touched
+    def counted_layouts(self, bases: Floats) -> Bools:
+        """(L, P) the same for many layouts (L, A, 4, 4) at once."""
+        if self._bolted is not None:
+            return np.tile(self._bolted, (len(bases), 1))
+        counted: Bools = np.ones((len(bases), len(self.bodies.first)), dtype=np.bool_)
+        for arm in np.unique(self._mount_arms):
+            own = self._mounts[self._mount_arms == arm]
+            counted[:, own] = ~self.carriers(int(arm), bases[:, arm])[:, self.bodies.second[own]]
+        return counted
 
+    def carriers(self, arm: int, bases: Floats) -> Bools:
+        """(N, B) True for the body that an arm's base is mounted on, for bases (N, 4, 4) in the world."""
+        found: Bools = np.zeros((len(bases), len(self.bodies.bodies)), dtype=np.bool_)
+        found[:, self._obstacles] = self._mounting.carriers(bases, self._depths[arm])
+        return found
 
-_SPECK = Sphere(1e-5)
+    def surely_counted(self, arm: int, bases: Floats, shifts: Floats) -> Bools:
+        """(N, P) False where an arm's base may be mounted on the second body, for some base around given ones.
 
-
-def _mount_depth(surroundings: Surroundings, arm: Arm) -> float:
-    """How far [m] below the base origin, along the base's z axis, an arm is bolted down."""
-    pedestal = surroundings.of(arm.name).pedestal
-    return pedestal.height if pedestal is not None else 0.0
+        Args:
+            arm: its index; pairs of other arms are True.
+            bases: (N, 4, 4) in the world.
+            shifts: (N,) m, how far the others' origins lie from these at most; their z axes point the same way.
+        """
+        counted: Bools = np.ones((len(bases), len(self.bodies.first)), dtype=np.bool_)
+        own = self._mounts[self._mount_arms == arm]
+        possible: Bools = np.zeros((len(bases), len(self.bodies.bodies)), dtype=np.bool_)
+        possible[:, self._obstacles] = self._mounting.possible_carriers(bases, self._depths[arm], shifts)
+        counted[:, own] = ~possible[:, self.bodies.second[own]]
+        return counted

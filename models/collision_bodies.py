@@ -12,6 +12,7 @@ from models.arm import Arm
 from models.arrays import Bools, Floats, Ints
 from models.bounding import Bounding, bounding
 from models.grasp_zone import outside_zones
+from models.mounting import DEPTH, face_depth, lowest
 from models.self_pairs import self_pairs
 from models.shapes import Body, HalfSpace
 from models.surroundings import PairClass, Part, Surroundings
@@ -54,7 +55,7 @@ class CellBodies:
         flat: (B,) True for half-spaces, which have neither capsule nor box.
         first: (P,) index of a pair's first body, never flat. second: (P,) likewise, may be flat.
         kinds: (P) classes of the pairs.
-        mounts: (P,) True where the second body may be what the first body's arm is bolted to.
+        mounts: (P,) True where the first body is the base of an arm, which the second body may carry.
         jobs: (P,) the job of the task in which a pair counts, -1 for all jobs. The part without its grasp zones is
             another one in each job if some arm's grasp is.
     """
@@ -81,11 +82,12 @@ def frame_offsets(arms: Sequence[Arm]) -> list[int]:
     return [2 + sum(arm.dof + 1 for arm in arms[:a]) for a in range(len(arms) + 1)]
 
 
-def collect(arms: Sequence[Arm], surroundings: Surroundings) -> CellBodies:
+def collect(arms: Sequence[Arm], surroundings: Surroundings, holders: Sequence[Arm] | None = None) -> CellBodies:
     """All bodies of a cell, and the pairs of the classes that a clearance is asked for.
 
-    Left out as pairs: what an arm's last link and tool have with the part (they hold it), pairs of one arm that
-    `self_pairs` leaves out, two half-spaces.
+    ``holders`` are all arms that hold the part, where ``arms`` are only some of them: the part is left out around the
+    grasps of all. Left out as pairs: what an arm's last link and tool have with the part (they hold it), pairs of one
+    arm that `self_pairs` leaves out, two half-spaces.
     """
     entries: list[tuple[str, Owner, Body]] = []
     groups: dict[tuple[str, int], list[int]] = {}
@@ -108,13 +110,13 @@ def collect(arms: Sequence[Arm], surroundings: Surroundings) -> CellBodies:
     if surroundings.part is not None:
         for body in surroundings.part.bodies:
             add("part", 0, body.name, OBJECT, body)
-        for job, grasps in _grasps(arms, surroundings.part):
+        for job, grasps in _grasps(arms if holders is None else holders, surroundings.part):
             for body in outside_zones(surroundings.part.bodies, grasps, surroundings.part.grasp_zone):
                 add("piece", job, body.name, OBJECT, body)
     bounds = [None if isinstance(body.shape, HalfSpace) else bounding(body.shape) for _, _, body in entries]
     pairs = _pairs(arms, surroundings, entries, groups, bounds)
     job_of = {i: job for (group, job), members in groups.items() if group == "piece" for i in members}
-    return _arrays(arms, entries, bounds, pairs, [job_of.get(j, EVERY) for _, _, j in pairs])
+    return _arrays(arms, surroundings, entries, bounds, pairs, [job_of.get(j, EVERY) for _, _, j in pairs])
 
 
 def _grasps(arms: Sequence[Arm], part: Part) -> list[tuple[int, Floats]]:
@@ -166,6 +168,7 @@ def _pairs(
 
 def _arrays(
     arms: Sequence[Arm],
+    surroundings: Surroundings,
     entries: list[tuple[str, Owner, Body]],
     bounds: list[Bounding | None],
     pairs: list[tuple[PairClass, int, int]],
@@ -187,7 +190,8 @@ def _arrays(
             ends[i] = bound.ends @ body.pose[:3, :3].T + body.pose[:3, 3]
             radius[i], half[i] = bound.radius, bound.half
             boxes[i, :3, 3] += body.pose[:3, :3] @ bound.centre
-    mounts = [kind is PairClass.ARM_OBSTACLE and entries[i][1].link in (0, 1) for kind, i, _ in pairs]
+    standing = [_at_the_face(arms, surroundings, owner, body) for _, owner, body in entries]
+    mounts = [kind is PairClass.ARM_OBSTACLE and standing[i] for kind, i, _ in pairs]
     return CellBodies(
         names=tuple(name for name, _, _ in entries),
         owners=tuple(owner for _, owner, _ in entries),
@@ -205,3 +209,20 @@ def _arrays(
         mounts=np.array(mounts, dtype=np.bool_),
         jobs=np.array(jobs, dtype=np.int64),
     )
+
+
+def _at_the_face(arms: Sequence[Arm], surroundings: Surroundings, owner: Owner, body: Body) -> bool:
+    """True for a body of the base: link 0, and what of link 1 lies at the mounting face however the first joint turns.
+
+    Arms whose first joint has its origin in the mounting face have the metal of their base in link 1, and estimated
+    capsules reach down to the face.
+    """
+    if owner.arm is None or owner.link not in (0, 1):
+        return False
+    if owner.link == 0:
+        return True
+    arm = arms[owner.arm]
+    placement = arm.robot.joint_placements[0]
+    upright = abs(float(placement[2, :3] @ arm.robot.joint_axes[0])) > 1.0 - 1e-9
+    placed = Body(body.name, placement @ body.pose, body.shape)
+    return upright and lowest(placed) + face_depth(surroundings, arm) < DEPTH

@@ -14,6 +14,7 @@ import numpy as np
 from models.arrays import Floats
 from models.cell import Cell
 from models.collision import CollisionModel, Contact
+from models.kept import KEPT
 from models.surroundings import Clearances, PairClass
 from optimizer.findings import Clearance
 from optimizer.stretches import Resolution, Walk
@@ -41,7 +42,7 @@ class ClassClearance:
     @property
     def clear(self) -> bool:
         """True if no sample comes too near."""
-        return self.distance >= self.required
+        return self.distance >= self.required - KEPT
 
     @property
     def certain(self) -> bool:
@@ -49,7 +50,7 @@ class ClassClearance:
 
         Where it is False, the samples are as close as the resolution.
         """
-        return not self.clear or self.lower_bound >= self.required
+        return not self.clear or self.lower_bound >= self.required - KEPT
 
 
 @dataclass(frozen=True, slots=True)

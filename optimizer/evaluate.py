@@ -70,7 +70,7 @@ def evaluate_layout(cell: Cell, joints: Sequence[Floats | None] | None = None) -
     places = [np.array([interval.low for interval in _intervals(arm)]) for arm in cell.arms]
     there = [one for one in standing if _is_there(one)]
     part = cell if len(there) == len(standing) else replace(cell, arms=tuple(one.arm for one in there), couplings=())
-    path = _path(part, there)
+    path = _path(part, there, cell.arms)
     reasons = (
         *(reason for one in standing for reason in one.reasons),
         *floor_faults(cell, places),
@@ -104,14 +104,14 @@ def _is_there(one: _Standing) -> bool:
     return check is not None and max(check.position_error, check.orientation_error) <= FOLLOWABLE
 
 
-def _path(cell: Cell, standing: Sequence[_Standing]) -> PathClearance | None:
-    """The check of the whole path of the arms that are there, if any clearance is asked for."""
+def _path(cell: Cell, standing: Sequence[_Standing], holders: Sequence[Arm]) -> PathClearance | None:
+    """The check of the whole path of the arms that are there, of all ``holders``, if a clearance is asked for."""
     clearances = cell.surroundings.clearances
     points = [one.point for one in standing if one.point is not None]
     if not clearances.any or not points:
         return None
     bases = np.stack([one.arm.base_in_world(p.position, p.yaw) for one, p in zip(standing, points, strict=True)])
-    model = CollisionModel(cell.arms, cell.surroundings)
+    model = CollisionModel(cell.arms, cell.surroundings, holders)
     return check_clearance(cell, model, clearances, bases, [point.joints for point in points])
 
 

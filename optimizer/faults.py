@@ -10,6 +10,7 @@ from models.arm import Arm
 from models.arrays import Floats
 from models.cell import Cell
 from models.collision import Contact
+from models.kept import KEPT
 from optimizer.clearance import ClassClearance, PathClearance
 from optimizer.coupled.scene import world_yaw
 from optimizer.layout import Reason
@@ -17,7 +18,7 @@ from optimizer.program import ArmPoint
 from optimizer.reasons import explain_path
 from optimizer.verify import LIMITS, ORIENTATION, POSITION, SIDE, ArmCheck
 
-SLACK = 1e-6
+SLACK = KEPT
 """m or rad, of floor, couplings and limits between the poses: what a solver leaves, and rounding."""
 
 TOUCHING = 0.05

@@ -127,7 +127,7 @@ class Verification:
 
     Attributes:
         max_position_error: m. max_orientation_error: rad. max_joint_step: rad between consecutive poses of a job.
-        limits_respected: every joint inside its limits to 1e-9 and every base inside its region.
+        limits_respected: every joint inside its limits to 1e-6 and every base inside its region.
     """
 
     max_position_error: float

@@ -16,6 +16,7 @@ import numpy as np
 from models.arrays import Bools, Floats, Ints
 from models.cell import Cell
 from models.collision import CollisionModel, Configurations
+from models.kept import KEPT
 from models.pose import inverse
 from models.surroundings import Clearances
 from optimizer.motion import Motion
@@ -25,7 +26,7 @@ SAFETY = 1.1
 """On the parabola's bound of the joints' way."""
 LONGEST_STEP = 0.3
 """rad; on longer stretches a joint's way need not look like a parabola yet."""
-LIMITS = 1e-9
+LIMITS = KEPT
 """rad; slack of joint limits."""
 
 
@@ -63,7 +64,7 @@ class Walk:
         """Sample the poses."""
         self.cell, self.model, self.bases, self.resolution = cell, model, bases, resolution
         self.clearances = clearances
-        self.required = np.array([clearances.required(kind) or 0.0 for kind in model.bodies.kinds])
+        self.required = np.array([clearances.required(kind) or 0.0 for kind in model.bodies.kinds]) - KEPT
         self.slack = _slack(model)
         self.motion = Motion(model)
         self.path = ObjectPath(cell.task.poses)

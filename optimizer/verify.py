@@ -11,6 +11,7 @@ from models.arrays import Floats
 from models.branches import posture_terms
 from models.cell import Cell
 from models.closed_form import ClosedForm, closed_form
+from models.kept import KEPT
 from models.kinematics import characteristic_length, conditioning, flange_poses
 from models.pose import rotation_angle
 from models.wrist_singularity import wrist_shortfall
@@ -22,8 +23,8 @@ POSITION = 1e-6
 """m"""
 ORIENTATION = 1e-6
 """rad"""
-LIMITS = 1e-9
-"""rad, m; also the slack of joint steps."""
+LIMITS = KEPT
+"""rad, m; also the slack of joint steps and of the conditioning."""
 SIDE = 1e-7
 """How far across a singular set (m, or sine of an angle) a path may seem to be through rounding alone."""
 

@@ -11,8 +11,8 @@ from math import ceil
 
 import numpy as np
 
-from models.arrays import Floats, Ints, Singles
-from models.collision import MOUNTED, CollisionModel
+from models.arrays import Bools, Floats, Ints, Singles
+from models.collision import CollisionModel
 from models.collision_bodies import EVERY
 from models.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
 from models.surroundings import PairClass
@@ -30,15 +30,15 @@ class ArmBalls:
     Attributes:
         centres: (n, 3) m, in the frames of the links. radii: (n,) m. links: (n,) numbers of the links.
         bodies: (n,) numbers of the bodies in the model.
-        others: what is not of any arm, as (body, its number, required distance m, True if it moves with the part,
-            number of its job, the balls it is to be kept from, those of them that may be bolted to it).
+        others: what is not of any arm, as (body, its number in the model, required distance m, True if it moves with
+            the part, number of its job, the balls it is to be kept from, those of them that it may carry).
     """
 
     centres: Floats
     radii: Floats
     links: Ints
     bodies: Ints
-    others: tuple[tuple[Body, float, bool, int, Ints, Ints], ...]
+    others: tuple[tuple[Body, int, float, bool, int, Ints, Ints], ...]
 
     @staticmethod
     def of(model: CollisionModel, arm: int, required: Floats) -> ArmBalls:
@@ -58,9 +58,9 @@ class ArmBalls:
             pairs = np.flatnonzero((b.second == j) & np.isin(b.first, own))
             if len(pairs):
                 kept = np.flatnonzero(np.isin(bodies, b.first[pairs]))
-                bolted = np.flatnonzero(np.isin(bodies, b.first[pairs[b.mounts[pairs]]]))
+                standing = np.flatnonzero(np.isin(bodies, b.first[pairs[b.mounts[pairs]]]))
                 most = float(np.max(required[pairs]))
-                others.append((b.bodies[j], most, b.owners[j].part, int(b.jobs[pairs[0]]), kept, bolted))
+                others.append((b.bodies[j], int(j), most, b.owners[j].part, int(b.jobs[pairs[0]]), kept, standing))
         return ArmBalls(
             np.array([ball[0] for ball, _ in rows]).reshape(-1, 3),
             np.array([ball[1] for ball, _ in rows], dtype=np.float64),
@@ -75,23 +75,22 @@ class ArmBalls:
         places: Floats = (own[..., :3, :3] @ self.centres[..., None])[..., 0] + own[..., :3, 3]
         return places
 
-    def lacks(self, centres: Floats, feet: Floats, held: Floats, job: int) -> Floats:
+    def lacks(self, centres: Floats, carriers: Bools, held: Floats, job: int) -> Floats:
         """(N,) m, what an arm surely lacks of the distances from obstacles and part; negative if nothing is near.
 
         Args:
-            centres: (N, n, 3) m in the world, at one pose. feet: (N, 3) m, where the arm is bolted down.
+            centres: (N, n, 3) m in the world, at one pose.
+            carriers: (N, B) bodies that the bases are mounted on (`CollisionModel.carriers`).
             held: (4, 4) the object's frame. job: number of the job of the pose.
         """
         worst: Floats = np.full(len(centres), -np.inf)
-        for body, required, part, own_job, kept, bolted in self.others:
+        for body, number, required, part, own_job, kept, standing in self.others:
             if own_job not in (EVERY, job):
                 continue
             frame = held @ body.pose if part else body.pose
             gaps = np.full(centres.shape[:2], np.inf)
             gaps[:, kept] = _apart(body.shape, frame, centres[:, kept]) - self.radii[kept]
-            if len(bolted):
-                stands_on = np.abs(_apart(body.shape, frame, feet)) <= MOUNTED
-                gaps[np.ix_(stands_on, bolted)] = np.inf
+            gaps[np.ix_(carriers[:, number], standing)] = np.inf
             worst = np.maximum(worst, required - np.min(gaps, axis=1, initial=np.inf))
         return worst
 

@@ -12,6 +12,7 @@ from models.arrays import Floats, Ints
 from models.cell import Cell
 from models.collision import CollisionModel, Configurations
 from models.floor import Footprint
+from models.kept import KEPT
 from models.surroundings import Clearances, PairClass, Surroundings
 from optimizer.box import search_box
 from optimizer.layout import Reason
@@ -38,10 +39,10 @@ def part_hits(cell: Cell) -> tuple[tuple[int, int, int], ...]:
     step = np.where(np.arange(len(step)) == len(step) - 1, len(cell.task) - 1, step)
     numbers = {obstacle.name: k for k, obstacle in enumerate(cell.surroundings.obstacles)}
     hits = []
-    for k, pair in np.argwhere(model.bounds(places) < required):
+    for k, pair in np.argwhere(model.bounds(places) < required - KEPT):
         last = int(step[k]) if at_pose[k] else int(step[k]) + 1
         hit = numbers[model.bodies.names[model.bodies.second[pair]]], int(step[k]), last
-        if hit not in hits and model.contact(places, int(k), int(pair)).distance < required:
+        if hit not in hits and model.contact(places, int(k), int(pair)).distance < required - KEPT:
             hits.append(hit)
     return tuple(hits)
 
@@ -61,7 +62,7 @@ def _part_hits(cell: Cell) -> tuple[Reason, ...]:
         return ()
     step, model, places = _part_way(cell, required)
     found = model.closest(places, PairClass.PART_OBSTACLE)
-    if found is None or found[1].distance >= required:
+    if found is None or found[1].distance >= required - KEPT:
         return ()
     k, contact = found
     lack = required - contact.distance

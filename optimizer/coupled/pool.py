@@ -168,8 +168,8 @@ class _Crowd:
 
 
 def alone_scene(cell: Cell, arm: Arm) -> Scene:
-    """The scene of one arm without the others and without couplings."""
-    return Scene.of(replace(cell, arms=(arm,), couplings=()))
+    """The scene of one arm without the others and without couplings; the part is left out where any arm grasps it."""
+    return Scene.of(replace(cell, arms=(arm,), couplings=()), holders=cell.arms)
 
 
 def own_lacks(alone: Scene, points: Sequence[ArmPoint]) -> list[float]:

@@ -13,6 +13,7 @@ from models.cell import Cell
 from models.collision import CollisionModel, Configurations
 from models.coupling import Rows
 from models.floor import Footprint
+from models.kept import KEPT
 from models.surroundings import PairClass
 from optimizer.clearance import PathClearance, check_clearance
 from optimizer.measure import objective_of
@@ -20,8 +21,8 @@ from optimizer.path_samples import ObjectPath
 from optimizer.program import ArmPoint
 from optimizer.verify import check
 
-LIMITS = 1e-6
-"""rad that a joint may stick out of its limits between two poses: rounding of followed paths."""
+LIMITS = KEPT
+"""rad that a joint may stick out of its limits between two poses, as anywhere."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -45,10 +46,10 @@ class Scene:
     footprints: tuple[Footprint, ...]
 
     @staticmethod
-    def of(cell: Cell) -> Scene:
-        """Build the models of a cell."""
+    def of(cell: Cell, holders: Sequence[Arm] | None = None) -> Scene:
+        """Build the models of a cell; ``holders`` are all arms that hold its part, if these are not the cell's."""
         around = cell.surroundings
-        model = CollisionModel(cell.arms, around) if around.clearances.any else None
+        model = CollisionModel(cell.arms, around, holders) if around.clearances.any else None
         kinds = model.bodies.kinds if model is not None else ()
         return Scene(
             cell,
@@ -94,14 +95,15 @@ class Scene:
         joints = [np.stack([points[a].joints for points in layouts]) for a in range(len(self.cell.arms))]
         places = model.configure_layouts(bases, joints, self.cell.task.poses, self.cell.task.job_of)
         spare = (model.bounds(places, self.movable) - self.required).reshape(len(layouts), m, -1)
-        short = np.flatnonzero(np.min(spare, axis=(1, 2), initial=np.inf) < 0.0)
-        here = [np.where(model.counted(bases[layout]), spare[layout], np.inf).ravel() for layout in short]
-        if here:
-            lacks[short] = self._worst(model, places, m * short, np.stack(here))
+        short = np.flatnonzero(np.min(spare, axis=(1, 2), initial=np.inf) < -KEPT)
+        if len(short):
+            counted = model.counted_layouts(bases[short])
+            here = np.where(counted[:, None], spare[short], np.inf).reshape(len(short), -1)
+            lacks[short] = self._worst(model, places, m * short, here)
         return lacks
 
     def _worst(self, model: CollisionModel, places: Configurations, first: Ints, spare: Floats) -> Floats:
-        """(L,) m, largest shortfalls, 0 where there is none.
+        """(L,) m, largest shortfalls, 0 where there is none or less than `KEPT`.
 
         Args:
             model: of the cell. places: of all layouts. first: (L,) the place of each layout's first pose.
@@ -112,7 +114,7 @@ class Scene:
             nearest = np.argmin(spare, axis=1)
             layouts = np.flatnonzero(spare[np.arange(len(spare)), nearest] < least)
             if not len(layouts):
-                return -least
+                return np.where(least < -KEPT, -least, 0.0)
             k, pairs = np.divmod(nearest[layouts], len(self.required))
             gaps = model.distances(places, first[layouts] + k, pairs) - self.required[pairs]
             least[layouts] = np.minimum(least[layouts], gaps)

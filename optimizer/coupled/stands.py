@@ -185,8 +185,8 @@ class Sieve:
             return np.zeros((0, len(positions), 0, 3), dtype=np.float32), clear
         arm, task = self.problem.arm, self.scene.cell.task
         bases = arm.base_in_world(positions, yaws)
-        pedestal = self.scene.cell.surroundings.of(arm.name).pedestal
-        feet = bases[:, :3, 3] - (0.0 if pedestal is None else pedestal.height) * bases[:, :3, 2]
+        model = self.scene.model
+        carriers = np.zeros((len(bases), 0), dtype=np.bool_) if model is None else model.carriers(self.index, bases)
         placed: Singles = np.zeros((len(self.poses), len(positions), len(self.balls.radii), 3), dtype=np.float32)
         for number, pose in enumerate(self.poses):
             left = np.flatnonzero(clear)
@@ -195,7 +195,7 @@ class Sieve:
             links = bases[left, None] @ link_frames(arm.robot, joints[left, pose])
             here = self.balls.placed(links)
             placed[number, left] = here
-            lacks = self.balls.lacks(here, feet[left], task.poses[pose], int(task.job_of[pose]))
+            lacks = self.balls.lacks(here, carriers[left], task.poses[pose], int(task.job_of[pose]))
             clear[left] = lacks <= FORGIVEN
         return placed, clear
 

@@ -12,6 +12,7 @@ from models.cell import Cell
 from models.chain import chain_of
 from models.closed_form import closed_form
 from models.collision_bodies import Owner
+from models.kept import KEPT
 from models.kinematics import characteristic_length
 from models.screws import conditioning_of
 from models.surroundings import PairClass
@@ -140,7 +141,7 @@ def _along(cell: Cell, ways: Mapping[int, Way]) -> Iterator[Violation]:
     first, last = max(way.first for way in ways.values()), min(way.last for way in ways.values())
     part = replace(cell, arms=tuple(cell.arms[a] for a in arms), couplings=()).part(first, last)
     points = [ways[a].between(first, last) for a in arms]
-    scene = Scene.of(part)
+    scene = Scene.of(part, holders=cell.arms)
     samples = sample_path(part, scene.path, scene.bases(points), points)
     if not samples.followed:
         yield Violation(frozenset(Element(Kind.ARM, a) for a in arms), first, last)
@@ -179,7 +180,7 @@ def _contacts(scene: Scene, samples: Samples, points: Sequence[ArmPoint], arms: 
     seen: set[Violation] = set()
     for index in np.argsort(spare, axis=None, kind="stable")[:MOST_CONTACTS]:
         k, pair = (int(i) for i in np.unravel_index(index, spare.shape))
-        if not spare[k, pair] < 0.0:
+        if not spare[k, pair] < -KEPT:
             break
         owners = (b.owners[b.first[pair]], b.owners[b.second[pair]])
         elements = {element for owner in owners for element in _element_of(owner, arms)}
@@ -189,7 +190,7 @@ def _contacts(scene: Scene, samples: Samples, points: Sequence[ArmPoint], arms: 
         if kind is PairClass.SELF:
             elements.add(Element(Kind.SELF))
         violation = Violation(frozenset(elements), *_poses(samples, k))
-        if violation not in seen and model.contact(places, k, pair).distance < scene.required[pair]:
+        if violation not in seen and model.contact(places, k, pair).distance < scene.required[pair] - KEPT:
             seen.add(violation)
             yield violation
 

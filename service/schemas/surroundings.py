@@ -98,8 +98,9 @@ class Clearance(Strict):
     )
     arm_obstacle: NotNegative | None = Field(
         default=0.0,
-        description="m, between arms and obstacles. What a base, its pedestal or its first link stands on (to 5 mm) "
-        "does not count for these.",
+        description="m, between arms and obstacles. What a base is mounted on does not count for the base link: the "
+        "one surface that is met from its mounting face (its origin where the face is not known) along its own -z "
+        "within 20 mm.",
         examples=[0.03],
     )
     part_obstacle: NotNegative | None = Field(

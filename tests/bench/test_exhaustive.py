@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from bench.cells import real_cell
-from bench.dense_bodies import coal_shape
 from bench.dense_check import dense_check
+from bench.dense_shapes import coal_shape
 from bench.exhaustive import exhaustive
 from bench.grid_stands import lattice_of, stands_of
 from bench.inner_balls import Balls, point_distances

@@ -82,10 +82,8 @@ def test_balls_never_lack_more_than_the_bodies_do_by_coal():
             placed.append(balls[a].placed(bases[a] @ link_frames(arm.robot, joints[a][None])))
         exact = model.contacts(bases, joints, task.poses[0])
         lack = {kind: around.clearances.required(kind) - contact.distance for kind, contact in exact.items()}
-        pedestals = [around.of(arm.name).pedestal for arm in made.cell.arms]
         for a in range(2):
-            foot = bases[a, None, :3, 3] - (pedestals[a].height if pedestals[a] else 0.0) * bases[a, None, :3, 2]
-            own = balls[a].lacks(placed[a], foot, task.poses[0], 0)[0]
+            own = balls[a].lacks(placed[a], model.carriers(a, bases[a : a + 1]), task.poses[0], 0)[0]
             assert own <= max(lack["arm_obstacle"], lack["arm_part"]) + 1e-6
             seen += own > 0.0
         both = pair_lacks(placed[0].astype(np.float32), placed[1].astype(np.float32), reach)[0]

@@ -10,7 +10,7 @@ import numpy as np
 
 from models.cell import Cell
 from models.posture import name_signs
-from optimizer.certificate.arm_tree import certify
+from optimizer.certificate.certify import certify
 from optimizer.layout import ArmCertificate, Certificate
 from optimizer.local import solve_locally
 from optimizer.proof import ArmProof, Incumbent

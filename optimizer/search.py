@@ -12,8 +12,8 @@ from models.arm import Arm
 from models.arrays import Floats
 from models.cell import Cell
 from optimizer.box import search_box
-from optimizer.certificate.arm_tree import certify
 from optimizer.certificate.budget import boxes_for
+from optimizer.certificate.certify import certify
 from optimizer.events import Screened, Started
 from optimizer.general import different, screen_general
 from optimizer.layout import Reason

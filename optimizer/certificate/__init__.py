@@ -1,5 +1,6 @@
 """Proofs of global optimality and of infeasibility: branch and bound over base positions and postures.
 
-- `bounds`: lower bounds of one arm's cost over boxes of base positions;
-- `arm_tree`: the search over one arm's boxes.
+- `bounds`: lower bounds of one arm's cost over boxes of base positions; `exclusion`: what surely collides there;
+- `certify`: one arm that nothing surrounds; `arm_tree`, `nodes`: one arm among its surroundings; `alone`: its layouts;
+- `budget`: how hard to prove where nobody says.
 """

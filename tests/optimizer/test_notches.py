@@ -10,7 +10,7 @@ from models.chain import chain_of
 from models.closed_form import closed_form
 from models.kinematics import flange_poses
 from models.straight_wrist import can_be_straight, straight_wrists
-from optimizer.certificate.arm_tree import certify
+from optimizer.certificate.certify import certify
 from optimizer.reduced import reduced_problem
 from optimizer.search import search_arm
 from optimizer.settings import CertificateSettings, Settings

@@ -1,296 +1,60 @@
+"""The tree of one arm: bounds below what is possible and above what knows of no obstacles; empty where nothing is."""
+
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
-from itertools import count, pairwise
-
 import numpy as np
-import pytest
 
-from models.arm import Arm, BaseRegion, Interval
-from models.cell import Cell
-from models.kinematics import characteristic_length, conditioning
-from models.pose import rotation_x, rotation_y, transform
-from models.posture import ALL_SIGNS, Posture
-from models.task import Task, line
-from optimizer.certificate.arm_tree import certify
-from optimizer.reduced import ReducedProblem, evaluate, evaluate_signed, reduced_problem
+from bench.cells import real_cell
+from optimizer.certificate.arm_tree import ArmTree
+from optimizer.certificate.certify import certify
+from optimizer.coupled.pool import alone_scene, own_lacks
+from optimizer.coupled.scene import Scene
+from optimizer.reduced import ReducedProblem, reduced_problem
 from optimizer.settings import CertificateSettings
-from tests.support.arms import make_arm, region
-from tests.support.boxes import MOUNTS, random_problem
-from tests.support.thesis import BEST_KNOWN, CELLS, LOWER_BOUNDS
-
-CASES = [(name, index) for name in CELLS for index in (0, 1)]
+from optimizer.verify import check
 
 
-def problem_of(name: str, index: int, **base: Interval) -> ReducedProblem:
-    cell = CELLS[name]
-    arm = cell.arms[index]
-    problem = reduced_problem(cell, replace(arm, base=replace(arm.base, **base)))
+def _tree(seed: int, index: int, first: int = 100) -> tuple[ArmTree, Scene, ReducedProblem]:
+    cell = real_cell(seed).cell
+    problem = reduced_problem(cell, cell.arms[index])
     assert problem is not None
-    return problem
+    scene = Scene.of(cell)
+    return ArmTree(scene, index, problem, first), scene, problem
 
 
-def line_problem(
-    robot: str = "puma560", height: float = 0.1, tilt: np.ndarray | None = None, **given
-) -> ReducedProblem:
-    """Eight poses along y, the tool pointing down unless told otherwise."""
-    turned = rotation_x(np.pi) if tilt is None else tilt
-    ends = [transform(turned, np.array([0.0, side, height])) for side in (-0.2, 0.2)]
-    arm = make_arm(robot, **{"base": region((-1.0, 1.0), (-1.0, 1.0)), **given})
-    problem = reduced_problem(Cell(line(ends[0], ends[1], 8), (arm,)), arm)
-    assert problem is not None
-    return problem
+def test_obstacles_raise_the_bound_up_to_a_layout_that_is_usable() -> None:
+    tree, scene, problem = _tree(8, 0)
+    while tree.lower < 0.98 * tree.alone_objective and tree.boxes < 4000:
+        assert tree.work_off(tree.alone_objective)
+    free = certify(problem, None, CertificateSettings(gap=0.01, time_limit=60.0, boxes=4000))
+    assert free.objective is not None
+    assert tree.lower > 2.0 * free.objective
+    assert tree.alone is not None
+    assert tree.lower <= tree.alone.objective < 1.03 * tree.lower
+    arm, point = problem.arm, tree.alone.point
+    assert check(scene.cell, arm, point).usable
+    assert own_lacks(alone_scene(scene.cell, arm), [point])[0] <= 0.0
 
 
-def rounds(most: int) -> Callable[[], bool]:
-    """A stop after some rounds: the same on every machine, unlike a time limit."""
-    asked = count()
-    return lambda: next(asked) >= most
+def test_an_arm_behind_a_wall_has_no_box_left() -> None:
+    tree, _, _ = _tree(93, 0, first=1)
+    while tree.boxes < 400 and tree.work_off(np.inf, by_size=True):
+        pass
+    assert tree.empty
+    assert np.isinf(tree.lower)
+    tree.nodes.settle()
+    assert np.all(tree.nodes.code[tree.nodes.roots] > 0)
+    kinds = {tree.excluder.causes.all[code].kind for code in tree.nodes.code[tree.nodes.leaves()]}
+    assert "obstacle" in kinds
+    assert tree.alone is None
 
 
-def refined(problem: ReducedProblem, rng: np.random.Generator) -> float:
-    """Best objective by random sampling and repeated narrowing; inf if nothing usable is met."""
-    bounds = problem.arm.base.bounds[:3]
-    width = bounds[:, 1] - bounds[:, 0]
-    places = rng.uniform(bounds[:, 0], bounds[:, 1], (1500, 3))
-    paths = evaluate(problem, places)
-    costs = np.where(paths.violation == 0.0, paths.objective, np.inf)
-    order = np.argsort(costs, axis=None)[:4]
-    postures, rows = np.unravel_index(order, costs.shape)
-    best, places = costs[postures, rows], places[rows]
-    signs = np.repeat(np.array(ALL_SIGNS)[postures], 25, axis=0)
-    for size in 0.1 * 0.6 ** np.arange(16):
-        tried = places[:, None] + rng.normal(size=(4, 25, 3)) * size * width
-        tried = np.clip(tried, bounds[:, 0], bounds[:, 1])
-        found = evaluate_signed(problem, tried.reshape(-1, 3), signs)
-        costs = np.where(found.violation[0] == 0.0, found.objective[0], np.inf).reshape(4, 25)
-        pick = (np.arange(4), np.argmin(costs, axis=1))
-        better = costs[pick] < best
-        best, places = np.where(better, costs[pick], best), np.where(better[:, None], tried[pick], places)
-    return float(best.min())
-
-
-@pytest.mark.parametrize(("name", "index"), CASES)
-@pytest.mark.parametrize("gap", [5e-3, 1e-4])
-def test_the_acceptance_cases_are_proved_without_help(name, index, gap):
-    proof = certify(problem_of(name, index), None, CertificateSettings(gap, 30.0))
-    assert proof.proved
-    assert proof.gap <= gap
-    known = LOWER_BOUNDS[name][index] / 0.995  # published with a gap of 0.5 %
-    assert proof.objective == pytest.approx(known, rel=max(gap, 1e-5))
-    assert (1.0 - gap) * known * (1 - 1e-6) <= proof.lower_bound <= known * (1 + 1e-6)
-    assert proof.boxes < 6000
-    assert not proof.infeasible
-    found = proof.found
-    paths = evaluate_signed(problem_of(name, index), found.position[None], np.array([found.signs]))
-    assert paths.violation[0, 0] <= 1e-9
-    assert paths.objective[0, 0] == pytest.approx(found.objective) == pytest.approx(proof.objective)
-    assert paths.yaw[0, 0] == pytest.approx(found.yaw)
-
-
-def test_both_arms_of_a_case_together_have_the_published_value():
-    for name, best in BEST_KNOWN.items():
-        proofs = [certify(problem_of(name, k), None, CertificateSettings(1e-4, 30.0)) for k in (0, 1)]
-        assert sum(p.lower_bound for p in proofs) <= best * (1 + 1e-9)
-        assert sum(p.objective for p in proofs) == pytest.approx(best, rel=1e-4)
-
-
-@pytest.mark.parametrize(("name", "index"), [("line", 1), ("arc", 0)])
-def test_with_height_free_too(name, index):
-    problem = problem_of(name, index, z=Interval(-0.3, 0.5))
-    proof = certify(problem, None, CertificateSettings(0.03, 60.0))
-    assert proof.proved
-    fixed = LOWER_BOUNDS[name][index] / 0.995
-    assert proof.lower_bound <= fixed  # more freedom never costs more
-    assert proof.objective <= fixed * 1.04
-    assert proof.found.position[2] != 0.0
-
-
-def test_an_incumbent_that_cannot_be_beaten_is_kept_and_a_poor_one_is_replaced():
-    problem, best = problem_of("line", 0), LOWER_BOUNDS["line"][0] / 0.995
-    proof = certify(problem, best, CertificateSettings(1e-3, 30.0))
-    assert proof.objective <= best
-    assert proof.found is None or proof.found.objective < best
-    poor = certify(problem, 2.0 * best, CertificateSettings(1e-3, 30.0))
-    assert poor.objective == poor.found.objective < 1.001 * best
-    assert poor.proved
-
-
-@pytest.mark.parametrize("name", ["puma560", "ur10e", "irb6700"])
-def test_random_tasks_are_bounded_below_everything_a_search_finds(name):
-    rng = np.random.default_rng(sum(map(ord, name)) + 2)
-    solved = impossible = 0
-    for trial in range(8):
-        problem = random_problem(name, rng, mounted=trial % 3 == 2, level=trial > 1)
-        proof = certify(problem, None, CertificateSettings(0.01, 60.0), rounds(16))
-        best = refined(problem, rng)
-        if proof.infeasible:
-            impossible += 1
-            assert np.isinf(best)
-            assert proof.lower_bound is None
-            assert proof.obstacles
-        else:
-            assert proof.lower_bound <= best * (1.0 + 1e-9)
-        if proof.proved and not proof.infeasible:
-            solved += 1
-            assert proof.objective <= best * 1.011
-            assert proof.gap <= 0.01
-    assert solved >= 2
-    assert solved + impossible >= 4
-
-
-def test_fixed_coordinates_stay_fixed_and_a_fixed_base_costs_what_it_costs():
-    problem = problem_of("line", 0)
-    best = certify(problem, None, CertificateSettings(1e-3, 30.0)).found
-    x, y, z = (Interval(float(v), float(v)) for v in best.position)
-    along = certify(problem_of("line", 0, x=x, z=z), None, CertificateSettings(1e-3, 30.0))
-    assert along.proved
-    assert along.found.position[0] == best.position[0]
-    assert along.objective == pytest.approx(best.objective, rel=2e-3)
-    here = certify(problem_of("line", 0, x=x, y=y, z=z), None, CertificateSettings(1e-5, 30.0))
-    assert here.proved
-    assert here.boxes == 8
-    assert here.objective == pytest.approx(best.objective, rel=1e-9)
-
-
-@pytest.mark.parametrize("yaw", [Interval(0.4, 0.4), Interval(-2.0, -1.5)])
-def test_yaws_that_are_fixed_or_bounded_are_inside_the_bound(yaw):
-    free, problem = problem_of("line", 0), problem_of("line", 0, yaw=yaw)
-    proof = certify(problem, None, CertificateSettings(1e-3, 30.0))
-    assert proof.proved
-    assert yaw.low - 1e-9 <= proof.found.yaw <= yaw.high + 1e-9
-    assert proof.objective <= refined(problem, np.random.default_rng(0)) * 1.0011
-    assert proof.lower_bound >= certify(free, None, CertificateSettings(1e-3, 30.0)).lower_bound * 0.999
-
-
-def test_only_admitted_postures_are_searched():
-    problem = problem_of("line", 0)
-    best = certify(problem, None, CertificateSettings(1e-3, 30.0))
-    other = replace(problem, postures=np.array([s != best.found.signs for s in ALL_SIGNS]))
-    second = certify(other, None, CertificateSettings(2e-2, 30.0))
-    assert second.found.signs != best.found.signs
-    assert second.lower_bound > best.objective
-    one = reduced_problem(CELLS["line"], replace(CELLS["line"].arms[0], posture=Posture(1, -1, -1)))
-    assert certify(one, None, CertificateSettings(1e-3, 30.0)).objective == pytest.approx(best.objective, rel=1e-3)
-
-
-@pytest.mark.parametrize("mount", MOUNTS[1:4])
-def test_turning_the_whole_cell_changes_nothing(mount):
-    """A hanging arm or one on a wall is an upright one in a turned world."""
-    upright = line_problem(base=region((-1.0, 1.0), (-0.9, 0.7), (-0.1, 0.2)))
-    poses = np.tile(np.eye(4), (8, 1, 1))
-    poses[:, :3, :3] = mount @ upright.rotations
-    poses[:, :3, 3] = upright.positions @ mount.T
-    sides = np.sort((mount @ upright.arm.base.bounds[:3]), axis=1)
-    base = BaseRegion(*(Interval(float(a), float(b)) for a, b in sides))
-    arm = replace(upright.arm, base=base, mount=mount)
-    turned = reduced_problem(Cell(Task(poses), (arm,)), arm)
-    one, other = (certify(p, None, CertificateSettings(0.01, 30.0)) for p in (upright, turned))
-    assert one.proved
-    assert other.proved
-    assert other.objective == pytest.approx(one.objective, rel=0.011)
-    assert other.lower_bound <= one.objective
-    assert one.lower_bound <= other.objective
-
-
-def test_out_of_reach_is_proved_with_the_poses_to_blame():
-    task = line_problem().positions + np.array([0.0, 0.0, 2.0])
-    lifted = replace(line_problem(), positions=task)
-    high = certify(lifted, None, CertificateSettings(0.01, 5.0))
-    assert high.infeasible
-    assert high.proved
-    assert high.lower_bound is high.objective is high.gap is None
-    assert {o.kind for o in high.obstacles} == {"out_of_reach"}
-    assert high.obstacles[0].share == pytest.approx(1.0)
-    one_far = line_problem().positions.copy()
-    one_far[5] += [0.0, 0.0, 0.95]  # within reach of some bases for itself, not together with the others
-    stray = certify(replace(line_problem(), positions=one_far), None, CertificateSettings(0.01, 20.0))
-    assert stray.infeasible
-    reach = next(o for o in stray.obstacles if o.kind == "out_of_reach")
-    assert 5 in reach.poses
-
-
-def test_a_joint_limit_that_makes_a_task_impossible_is_named():
-    robot = make_arm().robot
-    lower, upper = robot.lower.copy(), robot.upper.copy()
-    lower[4], upper[4] = -0.1, 0.1  # joint 5 nearly straight: the tool cannot point down with a bent arm
-    reference = np.clip(robot.reference, lower, upper)
-    free = certify(line_problem(tilt=rotation_y(np.pi / 2)), None, CertificateSettings(0.02, 30.0))
-    assert free.proved
-    assert not free.infeasible
-    tilt = rotation_y(np.pi / 2)
-    stiff = line_problem(tilt=tilt, height=0.5, lower=lower, upper=upper, reference=reference)
-    proof = certify(stiff, None, CertificateSettings(0.02, 30.0))
-    assert proof.infeasible
-    limits = [o for o in proof.obstacles if o.kind == "joint_limit"]
-    assert limits[0].joint == 4
-    shares = [o.share for o in proof.obstacles]
-    assert all(a >= b for a, b in pairwise(shares))
-
-
-def test_a_wrong_orientation_is_a_matter_of_joint_limits_not_of_reach():
-    # Half a metre above the shoulder a tool can point up but not down: joint 5 would have to fold back too far.
-    up, down = (
-        certify(line_problem(height=0.5, tilt=tilt), None, CertificateSettings(0.02, 30.0))
-        for tilt in (rotation_x(0.0), rotation_x(np.pi))
-    )
-    assert up.proved
-    assert not up.infeasible
-    assert down.proved
-    assert down.infeasible
-    assert (down.obstacles[0].kind, down.obstacles[0].joint) == ("joint_limit", 4)
-    reach = [o.share for o in down.obstacles if o.kind == "out_of_reach"]
-    assert sum(reach) < 0.9
-
-
-def test_it_stops_when_told_and_says_how_far_it_got():
-    problem, calls, told = problem_of("line", 0), [], []
-
-    def stop():
-        calls.append(1)
-        return len(calls) > 3
-
-    proof = certify(problem, 68.5, CertificateSettings(1e-6, 60.0), stop, lambda *state: told.append(state))
-    assert not proof.proved
-    assert len(told) == 3
-    assert 0.0 < proof.lower_bound <= LOWER_BOUNDS["line"][0] / 0.995
-    assert proof.gap == pytest.approx((proof.objective - proof.lower_bound) / proof.objective)
-    bounds, _, boxes = zip(*told, strict=True)
-    assert all(a <= b for a, b in pairwise(bounds))
-    assert boxes[-1] == proof.boxes
-    out_of_time = certify(problem, None, CertificateSettings(1e-6, 0.0))
-    assert not out_of_time.proved
-    assert out_of_time.lower_bound == 0.0
-    assert out_of_time.gap is None
-
-
-def test_incumbents_keep_the_limit_on_conditioning():
-    arm: Arm = CELLS["line"].arms[0]
-    plain = certify(problem_of("line", 0), None, CertificateSettings(1e-3, 30.0))
-    paths = evaluate_signed(problem_of("line", 0), plain.found.position[None], np.array([plain.found.signs]))
-    length = characteristic_length(arm.robot)
-    worst = float(np.min(conditioning(arm.robot, arm.tool, paths.joints[:, 0, 0].T, length)))
-    wanted = replace(arm, min_conditioning=1.2 * worst)
-    problem = reduced_problem(CELLS["line"], wanted)
-    proof = certify(problem, None, CertificateSettings(0.05, 60.0), rounds(12))
-    assert proof.lower_bound <= plain.objective
-    if proof.found is not None:
-        joints = evaluate_signed(problem, proof.found.position[None], np.array([proof.found.signs])).joints[:, 0, 0]
-        assert np.min(conditioning(arm.robot, arm.tool, joints.T, length)) >= 1.2 * worst - 1e-12
-
-
-def test_a_base_that_cannot_be_cut_ends_the_proof_even_without_an_incumbent():
-    best = certify(problem_of("line", 0), None, CertificateSettings(1e-3, 30.0)).found
-    x, y, z = (Interval(float(v), float(v)) for v in best.position)
-    problem = problem_of("line", 0, x=x, y=y, z=z)
-    impossible = replace(problem, arm=replace(problem.arm, min_conditioning=0.9))
-    proof = certify(impossible, None, CertificateSettings(1e-3, np.inf))
-    assert proof.found is proof.objective is None
-    assert not proof.infeasible
-    assert proof.lower_bound == pytest.approx(best.objective, rel=1e-3)
-
-
-def test_the_same_request_gets_the_same_proof():
-    one, other = (certify(problem_of("arc", 1), None, CertificateSettings(1e-3, 30.0)) for _ in range(2))
-    assert (one.lower_bound, one.objective, one.boxes) == (other.lower_bound, other.objective, other.boxes)
+def test_a_cause_that_is_left_out_excludes_nothing() -> None:
+    tree, _, _ = _tree(93, 0, first=1)
+    walls = {code for code, cause in enumerate(tree.excluder.causes.all) if cause.kind == "obstacle"}
+    tree.levels = dict.fromkeys(walls, -np.inf)
+    while tree.boxes < 60:
+        tree.work_off(np.inf, by_size=True)
+    assert tree.alone is None  # the check still knows the wall
+    assert not tree.empty
+    assert not set(tree.nodes.code.tolist()) & walls

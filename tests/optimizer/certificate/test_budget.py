@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from models.surroundings import Clearances, Surroundings
-from optimizer.certificate.arm_tree import certify
 from optimizer.certificate.budget import GAP, LEAST, automatic, boxes_for, search_time
+from optimizer.certificate.certify import certify
 from optimizer.reduced import reduced_problem
 from optimizer.settings import CertificateSettings
 from tests.support.acceptance import load

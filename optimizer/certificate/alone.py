@@ -1,0 +1,30 @@
+"""Layouts of one arm by itself among the surroundings of its cell: does it keep all that is not of other arms?"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from models.arm import Arm
+from models.cell import Cell
+from optimizer.coupled.pool import alone_scene, own_lacks
+from optimizer.coupled.scene import Scene
+from optimizer.program import ArmPoint
+from optimizer.verify import check
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class AloneCheck:
+    """One arm of a cell; ``scene`` is its own, without the others."""
+
+    cell: Cell
+    arm: Arm
+    scene: Scene
+
+    @staticmethod
+    def of(cell: Cell, arm: Arm) -> AloneCheck:
+        """The check of one arm."""
+        return AloneCheck(cell, arm, alone_scene(cell, arm))
+
+    def usable(self, point: ArmPoint) -> bool:
+        """True if a layout holds at the poses: task, limits, floor, surroundings."""
+        return own_lacks(self.scene, [point])[0] <= 0.0 and check(self.cell, self.arm, point).usable

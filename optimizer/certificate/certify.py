@@ -1,0 +1,220 @@
+"""Proof of global optimality for one uncoupled arm: branch and bound over base positions and postures.
+
+The reduced problem (`optimizer.reduced`) is a search over x, y and perhaps z, once for each posture. Boxes of base
+positions are bounded from below (`optimizer.certificate.bounds`), cut in two where the bound is not good enough, and
+forgotten where it is. What remains true at any time: no path of the arm scores less than the smallest bound among the
+boxes that are open and those that were forgotten. If no box is left at all, the task is impossible.
+
+Bounds close quadratically where postures are regular and with the square root of the size where the elbow is straight.
+They do not close at a pose exactly on axis 1 of an arm without shoulder offset, nor where axis 6 of a three-parallel
+arm is along the three: there one joint is free and drags others along, which the bound does not follow. Where such a
+place could be best, the proof ends at its time limit with the gap it has.
+
+For a cell whose arms are coupled, the sum of these bounds is still a bound.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from models.arrays import Floats, Ints
+from models.posture import ALL_SIGNS
+from optimizer.certificate.bounds.box_bounds import BoxBounder, BoxBounds
+from optimizer.certificate.bounds.boxes import Boxes
+from optimizer.certificate.bounds.obstacles import Tally
+from optimizer.certificate.bounds.region import reachable_region
+from optimizer.events import Bounded
+from optimizer.proof import ArmProof, Incumbent
+from optimizer.reduced import ReducedProblem, conditioning_shortfall, evaluate_signed
+from optimizer.settings import CertificateSettings
+from optimizer.watch import check_stop, tell
+
+USABLE = 1e-9
+"""Violation (m and rad) up to which a path counts as usable: the tolerance of limits everywhere."""
+ROUNDING = 1e-7
+"""Relative slack of the bound that is reported: constants of catalogue robots are known to about as much."""
+FIRST_BOXES = 100
+"""Boxes per posture to begin with."""
+SMALLEST_FIRST = 0.05
+"""Side of the boxes to begin with, relative to the reach: no smaller than this."""
+SMALLEST = 1e-8
+"""m; boxes with no longer half side are not cut any more, whatever their bound."""
+ROWS = 12_000
+"""Poses times boxes bounded at once: few enough to stay in the processor's cache."""
+FEWEST = 64
+"""Boxes bounded at once in long tasks."""
+CANDIDATES = 12
+"""Places tried for a better incumbent per round."""
+
+Progress = Callable[[float, float | None, int], None]
+"""Called after every round with the lower bound, the best objective known (or None) and the boxes bounded so far."""
+
+
+def certify(
+    problem: ReducedProblem,
+    incumbent: float | None,
+    settings: CertificateSettings,
+    stop: Callable[[], bool] | None = None,
+    progress: Progress | None = None,
+) -> ArmProof:
+    """Bound one arm's objective from below over its whole base region, all admitted postures, yaws and lifts.
+
+    Args:
+        problem: the arm's reduced problem on the full task.
+        incumbent: objective of a usable path, if one is known.
+        settings: relative gap to reach, time limit and number of boxes.
+        stop: asked after every round; True ends the proof early.
+        progress: told after every round.
+
+    Returns:
+        The proof as far as it got. A limit on the conditioning is not part of the bound, which stays valid with it.
+
+    Raises:
+        Cancelled: whoever watches (`optimizer.watch`) wants an end.
+    """
+    search = _Search(problem, incumbent, settings)
+    while search.open and search.left > 0 and time.perf_counter() < search.deadline and not (stop and stop()):
+        check_stop()
+        search.round()
+        tell(search.event())
+        if progress:
+            progress(search.lower_bound, search.objective, search.boxes)
+    return search.proof()
+
+
+class _Search:
+    """The state of the branch and bound."""
+
+    def __init__(self, problem: ReducedProblem, incumbent: float | None, settings: CertificateSettings) -> None:
+        self.started = time.perf_counter()
+        self.deadline = self.started + settings.time_limit
+        self.problem, self.settings, self.given = problem, settings, incumbent
+        self.found: Incumbent | None = None
+        self.boxes = 0
+        self.forgotten = np.inf  # smallest bound of the boxes that are not cut any more
+        self.bounder = BoxBounder.of(problem)
+        targets = self.bounder.kinematics.targets
+        region = reachable_region(targets, problem.arm.base.bounds[:3])
+        self.tally = Tally(problem, region)
+        extents = np.maximum(region.high - region.low, 0.0)
+        sizes = extents[extents > 0.0]
+        side = max((np.prod(sizes) / FIRST_BOXES) ** (1.0 / max(len(sizes), 1)), SMALLEST_FIRST * region.reach)
+        self.fresh = Boxes.grid(region.low, region.high, side, problem.postures & (not region.empty))
+        self.kept, self.bounds = self.fresh[:0], np.zeros(0)
+        self.inherited = np.zeros(len(self.fresh))
+
+    @property
+    def open(self) -> bool:
+        """True while some box may hold something better than what is known."""
+        return len(self.fresh) + len(self.kept) > 0
+
+    @property
+    def left(self) -> float:
+        """Boxes that may still be bounded."""
+        return np.inf if self.settings.boxes is None else self.settings.boxes - self.boxes
+
+    @property
+    def objective(self) -> float | None:
+        """The best objective known."""
+        found = None if self.found is None else self.found.objective
+        known = [value for value in (self.given, found) if value is not None]
+        return min(known, default=None)
+
+    @property
+    def cutoff(self) -> float:
+        """Boxes whose bound reaches this are good enough."""
+        best = self.objective
+        return np.inf if best is None else (best - self.settings.gap * max(best, 1e-9)) * (1.0 + 2.0 * ROUNDING)
+
+    @property
+    def lower_bound(self) -> float:
+        """No path scores less; inf if there is none."""
+        bounds = np.concatenate([self.bounds, self.inherited, [self.forgotten]])
+        lowest = float(np.min(bounds))
+        return lowest if np.isinf(lowest) else lowest * (1.0 - ROUNDING)
+
+    def event(self) -> Bounded:
+        """How far the proof has got."""
+        bound, best = self.lower_bound, self.objective
+        lower = None if np.isinf(bound) else min(bound, np.inf if best is None else best)
+        gap = None if lower is None or best is None else (best - lower) / max(best, 1e-9)
+        return Bounded(self.problem.arm.name, lower, best, gap, self.boxes)
+
+    def round(self) -> None:
+        """Bound some fresh boxes, look for a better incumbent among them, and choose whom to cut next."""
+        most = int(min(max(ROWS // len(self.problem.positions), FEWEST), self.left))
+        now, later = self.fresh[:most], self.fresh[most:]
+        found = self.bounder.bounds(now, self.cutoff)
+        bounds = np.maximum(found.lower, self.inherited[:most])
+        self.boxes += len(now)
+        self.tally.add(now, found)
+        self._improve(now, found)
+        self.kept, self.bounds = Boxes.joined([self.kept, now]), np.concatenate([self.bounds, bounds])
+        self.fresh, self.inherited = later, self.inherited[most:]
+        done = (self.bounds >= self.cutoff) | (np.max(self.kept.half, axis=1, initial=0.0) <= SMALLEST)
+        self.forgotten = min(self.forgotten, float(np.min(self.bounds[done], initial=np.inf)))
+        self.kept, self.bounds = self.kept[~done], self.bounds[~done]
+        if not len(self.fresh) and len(self.kept):
+            self._branch(most)
+
+    def _branch(self, most: int) -> None:
+        """Cut the boxes with the smallest bounds: in two, or in more while there are few."""
+        count = min(most, len(self.kept))
+        chosen = np.zeros(len(self.kept), dtype=bool)
+        chosen[np.argpartition(self.bounds, count - 1)[:count]] = True
+        self.fresh, self.inherited = self.kept[chosen].halved(), np.tile(self.bounds[chosen], 2)
+        if len(self.fresh) <= most // 8:
+            self.fresh, self.inherited = self.fresh.halved(), np.tile(self.inherited, 2)
+        self.kept, self.bounds = self.kept[~chosen], self.bounds[~chosen]
+
+    def _improve(self, boxes: Boxes, found: BoxBounds) -> None:
+        """Evaluate the most promising places exactly."""
+        order = np.argsort(np.where(found.lower < self.cutoff, found.expected, np.inf))[:CANDIDATES]
+        order = order[np.isfinite(found.expected[order])]
+        if len(order):
+            self._evaluate(found.promising[order], boxes.posture[order])
+
+    def _evaluate(self, places: Floats, postures: Ints) -> None:
+        """Keep the best of some places (n, 3) in postures (n,), if it is better than what was known."""
+        signs = np.array(ALL_SIGNS)[postures]
+        paths = evaluate_signed(self.problem, places, signs)
+        objective = np.where(paths.violation[0] <= USABLE, paths.objective[0], np.inf)
+        known = np.inf if self.objective is None else self.objective
+        for k in np.argsort(objective):
+            if objective[k] >= known:
+                return
+            if self._well_conditioned(paths.joints[:, 0, k]):
+                yaw, best = float(paths.yaw[0, k]), float(objective[k])
+                self.found = Incumbent(places[k], ALL_SIGNS[postures[k]], yaw, best)
+                return
+
+    def _well_conditioned(self, joints: Floats) -> bool:
+        """True if the path (6, m) keeps the limit on conditioning, where there is one."""
+        if self.problem.arm.min_conditioning is None:
+            return True
+        return bool(conditioning_shortfall(self.problem, joints[:, None])[0] <= 0.0)
+
+    def proof(self) -> ArmProof:
+        """What has been shown."""
+        lowest, best = self.lower_bound, self.objective
+        infeasible = bool(np.isinf(lowest)) and best is None
+        note = ""
+        if np.isinf(lowest) and best is not None:
+            lowest, note = best, "every box was ruled out although a solution is known: it holds only within tolerances"
+        bound = None if infeasible else min(lowest, np.inf if best is None else best)
+        gap = None if bound is None or best is None else (best - bound) / max(best, 1e-9)
+        return ArmProof(
+            lower_bound=bound,
+            objective=best,
+            gap=gap,
+            proved=not note and (infeasible or (gap is not None and gap <= self.settings.gap)),
+            infeasible=infeasible,
+            boxes=self.boxes,
+            wall_time=time.perf_counter() - self.started,
+            obstacles=self.tally.obstacles(),
+            found=self.found,
+            note=note,
+        )

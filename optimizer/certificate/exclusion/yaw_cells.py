@@ -1,0 +1,113 @@
+r"""Yaws in cells: which of them a base may still take, and what those cost that are left.
+
+A yaw shifts joint 1 of all poses by the same s. Over a box let r bound the change of joint 1 at every pose. Given p and
+a turn k of 2π, the allowed shifts are an interval K(p), and the cost is a parabola ``w_1 W (s - s*(p))²`` over it plus
+what does not depend on s; s*(p), and the ends of K(p), move by no more than r, and so does ``proj = clip(s*, K)``. As a
+parabola grows at least as the square of the distance from its minimum on an interval,
+
+    E(p, s) >= min over yaws E(p, ·) + w_1 W (s - proj(p))² >= G + w_1 W (|s - proj(c)| - r)₊²,
+
+with G any bound of the box that knows of no yaw that is lost. (From a bound that has been raised in this way already
+the same cost would be counted twice.) The new bound is the smallest over the cells of yaws that are left. It needs a
+path that is linked from pose to pose, one job, and a weight on joint 1; else yaws can only be lost.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.arm import TURN
+from models.arrays import Bools, Floats
+from optimizer.certificate.bounds.ball import Ball
+from optimizer.certificate.bounds.rules import Rules
+from optimizer.certificate.bounds.yaw import unwrapped
+
+CELLS = 24
+"""Cells of yaws of a box."""
+WIDEST = 3.0
+"""rad; a box over which joint 1 changes by more says nothing about the yaw that is best."""
+TURNS = range(-2, 3)
+"""Turns of 2π that joint 1 can take besides the yaw."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class YawCells:
+    """The yaws of N boxes in n cells.
+
+    Attributes:
+        shift: (N, n) rad that joint 1 is shifted by in the middle of each cell. half: (N,) rad, half the width.
+        cost: (N, n) at least added to the bound of the box by a yaw in the cell; inf where there is none.
+        outside: (N,) at least added by a yaw in none of the cells; inf where there is none.
+    """
+
+    shift: Floats
+    half: Floats
+    cost: Floats
+    outside: Floats
+
+    def least(self, live: Bools) -> Floats:
+        """(N,) at least added, if only some cells (N, n) are left; inf where none is."""
+        inside = np.min(np.where(live, self.cost, np.inf), axis=1)
+        return np.asarray(np.minimum(inside, self.outside))
+
+
+def yaw_cells(first: Ball, rules: Rules, room: Floats) -> YawCells:
+    """Cut the yaws of boxes into cells.
+
+    Args:
+        first: (N, m) rad, joint 1 at yaw 0. rules: of the arm.
+        room: (N,) cost above the bounds of the boxes from which on yaws are of no interest.
+    """
+    path, linked = unwrapped(first, rules.max_step, rules.joined)
+    radius = np.max(path.radius, axis=1)
+    weight = rules.weights[0] * (path.centre.shape[1] if rules.counts is None else float(np.sum(rules.counts)))
+    known = np.all(linked, axis=1) & (radius < WIDEST) & (len(rules.jobs) == 1) & (weight > 0.0)
+    wanted = rules.reference[0] - _mean(path.centre, rules.counts)
+    low, high = rules.lower[0] - np.min(path.centre, axis=1), rules.upper[0] - np.max(path.centre, axis=1)
+    offsets = (2.0 * np.arange(CELLS) + 1.0) / CELLS - 1.0
+    if rules.shifts.free:
+        best = _projected(wanted, low, high)
+        with np.errstate(invalid="ignore"):
+            wide = radius + np.sqrt(np.maximum(room, 0.0) / max(weight, 1e-300))
+        window = np.where(known, np.minimum(wide, np.pi), np.pi)
+        shift = np.where(known, best, 0.0)[:, None] + window[:, None] * offsets
+        half = window / CELLS
+        away = np.abs(shift - best[:, None]) - (half + radius)[:, None]
+        outside = np.where(known & (window < np.pi), np.maximum(room, 0.0), np.inf)
+    else:
+        shift = np.broadcast_to(rules.shifts.start + 0.5 * rules.shifts.width * (1.0 + offsets), (len(radius), CELLS))
+        half = np.full(len(radius), 0.5 * rules.shifts.width / CELLS)
+        away = _nearest_turn(shift, half, radius, wanted, (low, high), rules)
+        outside = np.full(len(radius), np.inf)
+    cost = np.where(np.isinf(away), np.inf, weight * np.maximum(np.where(np.isinf(away), 0.0, away), 0.0) ** 2)
+    return YawCells(shift, half, np.where(known[:, None], cost, 0.0), outside)
+
+
+def _nearest_turn(
+    shift: Floats, half: Floats, radius: Floats, wanted: Floats, ends: tuple[Floats, Floats], rules: Rules
+) -> Floats:
+    """(N, n) rad, how far the cells of a bounded yaw are from the best shift of the nearest turn at least."""
+    away = np.full(shift.shape, np.inf)
+    for turn in TURNS:
+        start = rules.shifts.start + TURN * turn
+        low, high = np.maximum(ends[0], start), np.minimum(ends[1], start + rules.shifts.width)
+        best = _projected(wanted, low, high)
+        there = low <= high + 2.0 * radius
+        distance = np.abs(shift + TURN * turn - best[:, None]) - (half + radius)[:, None]
+        away = np.minimum(away, np.where(there[:, None], distance, np.inf))
+    return away
+
+
+def _projected(wanted: Floats, low: Floats, high: Floats) -> Floats:
+    """(N,) the point of intervals nearest to ``wanted``; the middle of what an interval lacks where it is empty."""
+    fine = low <= high
+    with np.errstate(invalid="ignore"):
+        return np.where(fine, np.clip(wanted, low, np.maximum(low, high)), 0.5 * (low + high))
+
+
+def _mean(path: Floats, counts: Floats | None) -> Floats:
+    if counts is None or not np.any(counts):
+        return np.asarray(np.mean(path, axis=1))
+    return np.asarray(path @ counts / np.sum(counts))

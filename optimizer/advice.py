@@ -52,6 +52,6 @@ def _rescued(cell: Cell, layout: Layout, points: Sequence[ArmPoint]) -> Layout:
         reasons=(),
         proved=False,
         verification=summarise([check(cell, arm, point) for arm, point in zip(cell.arms, points, strict=True)]),
-        clearances=() if path is None else found_clearances(path),
+        clearances=found_clearances(path),
         jobs=jobs_of(cell, placements),
     )

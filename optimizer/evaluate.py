@@ -26,6 +26,8 @@ from optimizer.reasons import explain_general, explain_path, name_jobs
 from optimizer.reduced import Paths, ReducedProblem, evaluate, reduced_problem, seen_from
 from optimizer.search import search_arm
 from optimizer.settings import Settings
+from optimizer.verification.way import follow_way
+from optimizer.verification.words import way_faults
 from optimizer.verify import ArmCheck, check, summarise
 
 SEARCHING = 3.0
@@ -77,6 +79,7 @@ def evaluate_layout(cell: Cell, joints: Sequence[Floats | None] | None = None) -
         *coupling_faults(cell, places),
         *(() if path is None else path_faults(part, path)),
     )
+    reasons = tuple(dict.fromkeys(reasons))  # what is wrong with an arm by itself may be met again on the way
     placements = tuple(placed(cell, one.arm, one.point) for one in standing if one.point is not None)
     checks = [one.check for one in standing if one.check is not None]
     complete = len(placements) == len(standing)
@@ -199,4 +202,8 @@ def _place(arm: Arm) -> tuple[Floats, float]:
 
 def _judged(cell: Cell, arm: Arm, point: ArmPoint, looked_at: int) -> _Standing:
     found = check(cell, arm, point)
-    return _Standing(arm, point, found, arm_faults(cell, arm, point, found), looked_at)
+    reasons = arm_faults(cell, arm, point, found)
+    if not reasons:
+        way = follow_way(cell, arm, point)
+        reasons = way_faults(way.breaks, way.beyond)
+    return _Standing(arm, point, found, reasons, looked_at)

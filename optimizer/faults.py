@@ -16,6 +16,7 @@ from optimizer.coupled.scene import world_yaw
 from optimizer.layout import Reason
 from optimizer.program import ArmPoint
 from optimizer.reasons import explain_path
+from optimizer.verification.words import between, poses_at, way_faults
 from optimizer.verify import LIMITS, ORIENTATION, POSITION, SIDE, ArmCheck
 
 SLACK = KEPT
@@ -122,20 +123,9 @@ def coupling_faults(cell: Cell, places: Sequence[Floats]) -> tuple[Reason, ...]:
 def path_faults(cell: Cell, path: PathClearance) -> tuple[Reason, ...]:
     """Bodies that come too near to each other, ways that cannot be followed, limits exceeded between the poses."""
     reasons = [_collision(cell, found) for found in path.classes if not found.clear]
-    for lost in path.breaks:
-        detail = (
-            f"{lost.arm}: cannot follow the part {_between(lost.pose, lost.fraction)}: the straight way leaves its "
-            "reach or passes a singularity; add poses there, or move or turn the task"
-        )
-        reasons.append(Reason(lost.arm, "joint_step", _poses(lost.pose, lost.fraction), detail))
     worst = path.worst_limit
-    if worst.amount > SLACK and 0.0 < worst.fraction < 1.0:
-        detail = (
-            f"{worst.arm}: {worst.joint} is beyond its limit by {np.degrees(worst.amount):.2f}° "
-            f"{_between(worst.pose, worst.fraction)}"
-        )
-        poses = _poses(worst.pose, worst.fraction)
-        reasons.append(Reason(worst.arm, "joint_limit", poses, detail, worst.joint, worst.amount, "rad"))
+    beyond = (worst,) if worst.amount > SLACK and 0.0 < worst.fraction < 1.0 else ()
+    reasons += way_faults(path.breaks, beyond)
     return tuple(reasons)
 
 
@@ -145,9 +135,9 @@ def _collision(cell: Cell, found: ClassClearance) -> Reason:
     how = f"come within {gap:.1f} mm of each other" if gap > 0.0 else f"penetrate by {-gap:.1f} mm"
     how = how if abs(gap) >= TOUCHING else "touch"
     wanted = f"; {1e3 * found.required:g} mm are asked for" if found.required > 0.0 else ""
-    where = _between(found.pose, found.fraction)
+    where = between(found.pose, found.fraction)
     detail = f"{contact.first} and {contact.second} {how} {where}{wanted}"
-    poses = _poses(found.pose, found.fraction)
+    poses = poses_at(found.pose, found.fraction)
     return Reason(_to_blame(cell, contact), "collision", poses, detail, None, found.required - found.distance, "m")
 
 
@@ -155,18 +145,3 @@ def _to_blame(cell: Cell, contact: Contact) -> str:
     """Name of the first arm concerned; "" where part and obstacles meet."""
     arms = [owner.arm for owner in (contact.first_owner, contact.second_owner) if owner.arm is not None]
     return cell.arms[arms[0]].name if arms else ""
-
-
-def _poses(pose: int, fraction: float) -> tuple[int, ...]:
-    """The poses at or between which something is."""
-    if fraction <= 0.0:
-        return (pose,)
-    return (pose + 1,) if fraction >= 1.0 else (pose, pose + 1)
-
-
-def _between(pose: int, fraction: float) -> str:
-    """Where on the path, in words."""
-    poses = _poses(pose, fraction)
-    if len(poses) == 1:
-        return f"at pose {poses[0]}"
-    return f"between poses {poses[0]} and {poses[1]} ({100.0 * fraction:.0f} % of the way)"

@@ -18,6 +18,7 @@ from optimizer.reasons import explain_proof
 from optimizer.reduced import ReducedProblem
 from optimizer.search import ArmSearch, path_from
 from optimizer.settings import CertificateSettings
+from optimizer.single_arm.passable import best_passable
 from optimizer.verify import check
 
 log = logging.getLogger(__name__)
@@ -118,9 +119,12 @@ def _take_over(cell: Cell, search: ArmSearch, problem: ReducedProblem, found: In
         for value, point in ((result.objective, result.points[0]), (found.objective, start))
         if np.isfinite(value) and value < search.objective and check(cell, search.arm, point).usable
     ]
-    if not better:
+    best = best_passable(
+        cell, search.arm, sorted(better, key=lambda pair: pair[0]), search.objective, time.perf_counter() + 10.0
+    )
+    if best is None:
         return
-    value, point = min(better, key=lambda pair: pair[0])
+    value, point = best
     if value < search.objective * (1.0 - 1e-6):
         log.warning(
             "the search missed the best basin of arm %r: %.9g, the proof found %.9g in posture %s",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import zip_longest
 
 import numpy as np
@@ -24,6 +24,9 @@ from optimizer.reasons import explain_general, explain_proof, explain_reach, exp
 from optimizer.reduced import ReducedProblem, evaluate_signed, reduced_problem
 from optimizer.screening import ROUNDS, Candidate, Screen, improve, scored, screen
 from optimizer.settings import CertificateSettings, Settings
+from optimizer.single_arm.passable import best_passable, with_places
+from optimizer.verification.way import follow_way
+from optimizer.verification.words import way_faults
 from optimizer.verify import check
 from optimizer.watch import tell
 
@@ -48,6 +51,8 @@ ROUNDED = 1e-6
 """m and rad by which a local optimum may seem to break limits that are active."""
 WAY = np.linspace(0.0, 1.0, 9)
 """Places looked at on the way from a candidate to an optimum."""
+HALF_STEP, MOST_FINER = 0.55, 400
+"""Share of a joint step that half the way to the next pose may take, and most poses of a search with the middles."""
 LONG_TASK = 200
 """Poses from which on only half as many starts are solved."""
 
@@ -58,7 +63,7 @@ class ArmSearch:
 
     Attributes:
         arm: the arm.
-        best: best usable point, or None.
+        best: best usable point whose way from pose to pose can be gone, or None.
         objective: E there; infinite without a point.
         candidates: bases × postures looked at. starts: local solves.
         optima: usable points that local solves ended in, best first: (objective, point).
@@ -90,6 +95,8 @@ def search_arm(cell: Cell, arm: Arm, settings: Settings, deadline: float) -> Arm
         return search
     if search.problem is not None:
         _search_reduced(cell, search, search.problem, box, settings.seed, deadline)
+        if search.best is None and search.optima and search.finished:
+            _search_finer(cell, search, box, settings.seed, deadline)
     else:
         _search_general(cell, search, box, settings.seed, deadline)
     if search.best is None and not search.finished:
@@ -114,7 +121,27 @@ def _search_reduced(
         if round_ == 0 and _decide(cell, search, problem, deadline):
             return
     candidates = [candidate for found in screens for candidate in found.candidates]
-    search.reasons = explain_reduced(cell, problem, box, candidates, seed)
+    search.reasons = _stuck(cell, search) or explain_reduced(cell, problem, box, candidates, seed)
+
+
+def _search_finer(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadline: float) -> None:
+    """Search once more with the middles between the poses as poses: no optimum's way could be gone.
+
+    A step from pose to pose is two steps there, of half the length or a little more.
+    """
+    middles = [(int(step), 0.5) for step in np.flatnonzero(cell.task.joined)]
+    finer, rows = with_places(replace(cell, max_joint_step=HALF_STEP * cell.max_joint_step), middles)
+    problem = reduced_problem(finer, search.arm)
+    if problem is None or len(problem.positions) > MOST_FINER:
+        return
+    found = ArmSearch(search.arm, problem=problem)
+    _search_reduced(finer, found, problem, box, seed, deadline)
+    search.candidates, search.starts = search.candidates + found.candidates, search.starts + found.starts
+    search.finished = found.finished
+    coarse = [(value, replace(point, joints=point.joints[rows])) for value, point in found.optima]
+    _keep(cell, search, [one for one in coarse if check(cell, search.arm, one[1]).usable], deadline)
+    if search.best is not None:
+        search.reasons = ()
 
 
 def _decide(cell: Cell, search: ArmSearch, problem: ReducedProblem, deadline: float) -> bool:
@@ -130,7 +157,7 @@ def _decide(cell: Cell, search: ArmSearch, problem: ReducedProblem, deadline: fl
         search.reasons = explain_proof(cell, search.arm, proof.obstacles)
     elif proof.found is not None:
         start = path_from(problem, proof.found.position, proof.found.signs)
-        _keep(search, _solve(cell, search, start, deadline))
+        _keep(cell, search, _solve(cell, search, start, deadline), deadline)
     return proof.infeasible or (proof.proved and search.best is not None)
 
 
@@ -152,7 +179,7 @@ def _solve_candidates(cell: Cell, search: ArmSearch, problem: ReducedProblem, fo
         if objective_of(cell.task, search.arm, start.joints) < DEEPER * known:
             optima += _solve(cell, search, start, deadline)
     search.finished &= time.perf_counter() < deadline
-    _keep(search, optima)
+    _keep(cell, search, optima, deadline)
 
 
 def _turned(
@@ -238,9 +265,9 @@ def _search_general(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadl
             search.finished = False
             break
         optima += _solve(cell, search, start, deadline)
-    _keep(search, optima)
+    _keep(cell, search, optima, deadline)
     if search.best is None and search.finished:
-        search.reasons = explain_general(cell, search.arm, general.paths)
+        search.reasons = _stuck(cell, search) or explain_general(cell, search.arm, general.paths)
 
 
 def _solve(cell: Cell, search: ArmSearch, start: ArmPoint, deadline: float) -> list[tuple[float, ArmPoint]]:
@@ -260,12 +287,22 @@ def _solve(cell: Cell, search: ArmSearch, start: ArmPoint, deadline: float) -> l
     return [(result.objective, point)] if usable else []
 
 
-def _keep(search: ArmSearch, optima: list[tuple[float, ArmPoint]]) -> None:
-    """Take over the best of the optima and what they say about the basins."""
+def _keep(cell: Cell, search: ArmSearch, optima: list[tuple[float, ArmPoint]], deadline: float) -> None:
+    """Take over the best of the optima whose way can be gone, and what they say about the basins."""
+    fresh = sorted(optima, key=lambda optimum: optimum[0])
     search.optima = sorted(search.optima + optima, key=lambda optimum: optimum[0])
     search.basins = _basins(search.optima)
-    if search.optima:
-        search.objective, search.best = search.optima[0]
+    best = best_passable(cell, search.arm, fresh, search.objective, deadline)
+    if best is not None:
+        search.objective, search.best = best
+
+
+def _stuck(cell: Cell, search: ArmSearch) -> tuple[Reason, ...]:
+    """Where the best point gets stuck between its poses, if there are points and none of them gets through."""
+    if not search.optima:
+        return ()
+    way = follow_way(cell, search.arm, search.optima[0][1])
+    return way_faults(way.breaks, way.beyond)
 
 
 def _basins(optima: list[tuple[float, ArmPoint]]) -> list[tuple[float, int]]:

@@ -125,7 +125,7 @@ def _judged(scene: Scene, here: Look, rounds: int) -> Refined:
     """A layout that nearly holds everything, after the full check of its path."""
     clearance = scene.certify(here.points)
     lack = max(scene.tie_lack(here.points), scene.floor_lack(here.points))
-    clean = lack <= LIMITS and scene.usable(here.points) and (clearance is None or _passes(clearance))
+    clean = lack <= LIMITS and scene.usable(here.points) and _passes(clearance)
     return Refined(here.points, here.objective, max(lack, here.lack if not clean else lack), clean, clearance, rounds)
 
 

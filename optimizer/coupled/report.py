@@ -76,7 +76,7 @@ def explain(scene: Scene, nearest: Refined | None, starts: int) -> tuple[Reason,
     reasons = [
         *coupling_faults(scene.cell, places),
         *floor_faults(scene.cell, places),
-        *(() if clearance is None else path_faults(scene.cell, clearance)),
+        *path_faults(scene.cell, clearance),
     ]
     if not reasons:
         return (Reason("", "coupling", (), f"{evidence} does not pass the final check"),)

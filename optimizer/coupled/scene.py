@@ -15,10 +15,11 @@ from models.coupling import Rows
 from models.floor import Footprint
 from models.kept import KEPT
 from models.surroundings import PairClass
-from optimizer.clearance import PathClearance, check_clearance
+from optimizer.clearance import PathClearance
 from optimizer.measure import objective_of
 from optimizer.path_samples import ObjectPath
 from optimizer.program import ArmPoint
+from optimizer.verification.whole_way import check_whole_way
 from optimizer.verify import check
 
 LIMITS = KEPT
@@ -120,12 +121,9 @@ class Scene:
             least[layouts] = np.minimum(least[layouts], gaps)
             spare[layouts, nearest[layouts]] = np.inf
 
-    def certify(self, points: Sequence[ArmPoint]) -> PathClearance | None:
-        """The full check of the path at and between its poses; None where no clearance is asked for."""
-        if self.model is None:
-            return None
-        joints = [point.joints for point in points]
-        return check_clearance(self.cell, self.model, self.cell.surroundings.clearances, self.bases(points), joints)
+    def certify(self, points: Sequence[ArmPoint]) -> PathClearance:
+        """The full check of the path at and between its poses."""
+        return check_whole_way(self.cell, self.model, points)
 
     def usable(self, points: Sequence[ArmPoint]) -> bool:
         """True if every arm passes the independent check of its own part."""

@@ -144,7 +144,7 @@ def _as_it_is(scene: Scene, points: Sequence[ArmPoint]) -> Refined:
     """The arms' own optima, checked together."""
     clearance = scene.certify(points)
     lack = max(scene.tie_lack(points), scene.floor_lack(points))
-    clean = lack <= LIMITS and (clearance is None or (clearance.clear and clearance.limit_excess <= LIMITS))
+    clean = lack <= LIMITS and clearance.clear and clearance.limit_excess <= LIMITS
     return Refined(tuple(points), scene.objective(points), lack, clean, clearance, 0)
 
 

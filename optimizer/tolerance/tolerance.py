@@ -54,10 +54,9 @@ def tolerance_of(
     distances |= {str(kind): distance for kind, distance in displaced.closest().items()}
     for i in _worst(displaced):
         path = nominal.scene.certify(displaced.points(i))
-        if path is not None:
-            broken[i] |= break_between(path) != ""
-            for found in path.classes:
-                distances[str(found.kind)] = min(distances.get(str(found.kind), np.inf), found.distance)
+        broken[i] |= break_between(path) != ""
+        for found in path.classes:
+            distances[str(found.kind)] = min(distances.get(str(found.kind), np.inf), found.distance)
     largest, what = _largest(nominal, errors, float(np.min(rows.factors, initial=np.inf)))
     return Tolerance(
         position=settings.position,

@@ -88,7 +88,7 @@ def clean(scene: Scene, points: Sequence[ArmPoint]) -> bool:
     if max(scene.tie_lack(points), scene.floor_lack(points)) > LIMITS or not scene.usable(points):
         return False
     path = scene.certify(points)
-    return path is None or (path.clear and path.limit_excess <= LIMITS)
+    return path.clear and path.limit_excess <= LIMITS
 
 
 def _alone(cell: Cell, arm: Arm, deadline: float, seed: int) -> ArmSearch:

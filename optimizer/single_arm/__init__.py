@@ -1,0 +1,1 @@
+"""The search of one arm that nothing couples to others."""

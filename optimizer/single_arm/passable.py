@@ -1,0 +1,133 @@
+"""Points whose arm cannot go the whole way, repaired: places where it is stuck become poses that count for nothing.
+
+An optimum is often just at the end of reach, or at a joint limit, at some pose; then the way to the next pose, which
+is straight, leaves reach or limits by a little. Added as a pose of weight 0 such a place is a constraint like any pose,
+and the optimum moves by as much as is needed.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from models.arm import Arm
+from models.arrays import Floats, Ints
+from models.cell import Cell
+from models.task import Task
+from optimizer.local import solve_locally
+from optimizer.measure import objective_of
+from optimizer.path_samples import ObjectPath
+from optimizer.program import ArmPoint
+from optimizer.verification.way import Way, follow_way
+from optimizer.verify import check
+
+ROUNDS, FINER = 5, 8
+"""Times that places are added, and how much closer to each other each time."""
+REPAIRS, NEAR = 4, 1e-3
+"""Optima that are repaired, and m and rad within which they are the same."""
+Place = tuple[int, float]
+"""The pose before, and the fraction of the way to the next."""
+
+
+def passable(cell: Cell, arm: Arm, point: ArmPoint, way: Way, deadline: float) -> tuple[float, ArmPoint] | None:
+    """A usable point near one that is not passable, all of whose way can be gone.
+
+    Args:
+        cell: task.
+        arm: the arm.
+        point: usable but for its way.
+        way: what it meets there.
+        deadline: `time.perf_counter` value, soft.
+
+    Returns:
+        Its objective and the point, or None if there is none nearby.
+    """
+    places: set[Place] = set()
+    here = point
+    for round_ in range(ROUNDS):
+        stuck = [(one.pose, one.fraction) for one in way.breaks] + [(one.pose, one.fraction) for one in way.beyond]
+        found = _around(stuck, float(FINER) ** -round_)
+        if found <= places or time.perf_counter() > deadline:
+            return None
+        places |= found
+        finer, rows = with_places(cell, sorted(places))
+        start = replace(here, joints=_between(here.joints, sorted(places), rows))
+        solved = solve_locally(finer, arm, start, deadline)
+        if not solved.status.has_point:
+            return None
+        here = replace(solved.points[0], joints=solved.points[0].joints[rows])
+        if not check(cell, arm, here).usable:
+            return None
+        way = follow_way(cell, arm, here)
+        if way.free:
+            return objective_of(cell.task, arm, here.joints), here
+    return None
+
+
+def _around(places: list[Place], share: float) -> set[Place]:
+    """Places and their neighbours within a share of a step: the arm gets stuck beside a place that it just reaches."""
+    offsets = share * np.arange(1 - FINER, FINER) / FINER
+    return {(step, float(f)) for step, fraction in places for f in fraction + offsets if 0.0 < f < 1.0}
+
+
+def with_places(cell: Cell, places: Iterable[Place]) -> tuple[Cell, Ints]:
+    """The cell with places between its poses as further poses of weight 0, in order, and where its own poses are."""
+    task, pairs = cell.task, list(places)
+    steps, fractions = np.array([step for step, _ in pairs]), np.array([fraction for _, fraction in pairs])
+    rows = np.arange(len(task)) + np.searchsorted(steps, np.arange(len(task)))
+    added = np.ones(len(task) + len(pairs), dtype=np.bool_)
+    added[rows] = False
+    poses = np.empty((len(added), 4, 4))
+    poses[rows], poses[added] = task.poses, ObjectPath(task.poses).at(steps, fractions)
+    weights = np.zeros(len(added))
+    weights[rows] = task.weights
+    starts = tuple(int(rows[start]) for start in task.starts)
+    return replace(cell, task=Task(poses, starts, task.names, weights)), rows
+
+
+def _between(joints: Floats, places: list[Place], rows: Ints) -> Floats:
+    """Joints (m, n) with those of places between the poses, on the chord."""
+    fine = np.empty((len(joints) + len(places), joints.shape[1]))
+    added = np.ones(len(fine), dtype=np.bool_)
+    added[rows] = False
+    fine[rows] = joints
+    fine[added] = [(1.0 - f) * joints[step] + f * joints[step + 1] for step, f in places]
+    return fine
+
+
+def best_passable(
+    cell: Cell, arm: Arm, optima: Iterable[tuple[float, ArmPoint]], known: float, deadline: float
+) -> tuple[float, ArmPoint] | None:
+    """The best of some usable points whose whole way can be gone, repaired where that is needed.
+
+    Args:
+        cell: task.
+        arm: the arm.
+        optima: objective and point, best first.
+        known: only what is better than this counts.
+        deadline: `time.perf_counter` value, soft.
+    """
+    best: tuple[float, ArmPoint] | None = None
+    stuck: list[ArmPoint] = []
+    for value, point in optima:
+        if value >= known or len(stuck) >= REPAIRS:
+            break
+        if any(_same(point, other) for other in stuck):
+            continue
+        way = follow_way(cell, arm, point)
+        if way.free:
+            return value, point
+        stuck.append(point)
+        repaired = passable(cell, arm, point, way, deadline)
+        if repaired is not None and repaired[0] < known:
+            best, known = repaired, repaired[0]
+    return best
+
+
+def _same(point: ArmPoint, other: ArmPoint) -> bool:
+    """True for points that are all but the same."""
+    apart = np.max(np.abs(point.position - other.position)), np.max(np.abs(point.joints - other.joints))
+    return point.signs == other.signs and max(apart) < NEAR

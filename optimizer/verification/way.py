@@ -1,0 +1,212 @@
+r"""Follow one arm between its poses: is there a continuous way, and does every joint keep its limits on it?
+
+The object moves straight from pose to pose and turns the short way; the arm follows it on its branch. The middle of
+every step is looked at, and steps are halved again where something may happen between the places known:
+
+- a joint travels far, or might leave its limits. A joint's way is bounded from its chord and from how far its middle
+  sags off it, as in `optimizer.stretches`;
+- the end of reach may be met. Where W stands in front of axis 1 (squared) and the cosine of the elbow are smooth
+  functions of the place, also where the joints are not; they must keep off 0 and ±1 by half their sag.
+
+A joint that still travels far on a part of 2^-20 of a step jumps there: the way passes a singularity. Arms with a
+closed form are followed by it; others, and those that may go through singularities, by Newton's method.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.arm import TURN, Arm
+from models.arrays import Bools, Floats, Ints
+from models.branches import posture_terms, solve_signed
+from models.cell import Cell
+from models.closed_form import ClosedForm, closed_form
+from models.pose import inverse
+from optimizer.clearance import Break, LimitExcess
+from optimizer.path_samples import ObjectPath, follow
+from optimizer.program import ArmPoint
+from optimizer.stretches import LIMITS as EXACT
+from optimizer.stretches import SAFETY, Resolution
+
+LIMITS = 1e-6
+"""rad that a joint may stick out of its limits between two poses: rounding of followed paths."""
+FAR = 0.5
+"""rad; a joint that may travel more on a stretch is looked at more closely."""
+LEVELS = 20
+"""Times that a step is halved before a joint that still travels far there counts as jumping."""
+MOST = 4000
+"""Configurations looked at."""
+REACHED = 1e-6
+"""m; a place that is missed by less counts as reached."""
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """What one arm meets between its poses.
+
+    Attributes:
+        breaks: empty if the arm follows the object between all poses.
+        beyond: the largest excess of each joint over its limits between the poses, for joints that have one.
+        samples: configurations looked at.
+    """
+
+    breaks: tuple[Break, ...]
+    beyond: tuple[LimitExcess, ...]
+    samples: int
+
+    @property
+    def free(self) -> bool:
+        """True if the arm can go the whole way."""
+        return not self.breaks and not self.beyond
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Stretches:
+    """Parts of steps: ``step`` (I,) is the pose before, [start, end] (I,) fractions, before and after (I, n) rad."""
+
+    step: Ints
+    start: Floats
+    end: Floats
+    before: Floats
+    after: Floats
+
+    def __len__(self) -> int:
+        return len(self.step)
+
+    def __getitem__(self, rows: Bools) -> _Stretches:
+        return _Stretches(self.step[rows], self.start[rows], self.end[rows], self.before[rows], self.after[rows])
+
+    @property
+    def middle(self) -> Floats:
+        """(I,) fractions halfway."""
+        return 0.5 * (self.start + self.end)
+
+    def halves(self, joints: Floats) -> _Stretches:
+        """All first halves, then all second ones, with the arm at ``joints`` (I, n) in the middles."""
+        middle = self.middle
+        return _Stretches(
+            np.concatenate([self.step, self.step]),
+            np.concatenate([self.start, middle]),
+            np.concatenate([middle, self.end]),
+            np.concatenate([self.before, joints]),
+            np.concatenate([joints, self.after]),
+        )
+
+
+Follower = Callable[[Floats, _Stretches], tuple[Floats, Bools]]
+"""From flange poses (I, 4, 4) in the world: joints (I, n) rad in the middles, and (I,) True where there are any."""
+
+
+def follow_way(cell: Cell, arm: Arm, point: ArmPoint, resolution: Resolution | None = None) -> Way:
+    """Follow an arm along its path.
+
+    Args:
+        cell: task.
+        arm: the arm.
+        point: base and joints at the poses, as accurate as `optimizer.verify` asks for.
+        resolution: where to stop looking for limits; default 1 mm and 0.5°.
+    """
+    resolution = resolution or Resolution(most_samples=MOST)
+    path, form = ObjectPath(cell.task.poses), closed_form(arm.robot)
+    grasps, tool = cell.grasps(arm), inverse(arm.tool)
+    follower = _follower(arm, point)
+    step = np.flatnonzero(cell.task.joined)
+    zero, joints = np.zeros(len(step)), point.joints
+    open_ = _Stretches(step, zero, zero + 1.0, joints[step], joints[step + 1])
+    breaks: list[Break] = []
+    beyond: dict[int, LimitExcess] = {}
+    samples = len(joints)
+    for level in range(LEVELS + 1):
+        if not len(open_) or samples + len(open_) > resolution.most_samples:
+            break
+        found, arrived = follower(path.at(open_.step, open_.middle) @ grasps[open_.step] @ tool, open_)
+        samples += len(open_)
+        sag, far = _travel(open_, found)
+        arrived &= ~far | (level < LEVELS)
+        if not np.all(arrived):
+            lost = open_[~arrived]
+            breaks += [Break(arm.name, int(s), float(f)) for s, f in zip(lost.step, lost.middle, strict=True)]
+            open_, found, sag, far = open_[arrived], found[arrived], sag[arrived], far[arrived]
+        _note(beyond, arm, open_, found)
+        halves = open_.halves(found)
+        close = _may_leave_limits(arm, halves, sag)
+        if form is not None:
+            close |= _may_leave_reach(form, open_, found)
+        close &= np.tile(_long(path, open_, resolution), 2)
+        open_ = halves[close | np.tile(far, 2)]
+    return Way(tuple(breaks), tuple(beyond[i] for i in sorted(beyond)), samples)
+
+
+# --- where the arm is in the middle -----------------------------------------------------------------------------------
+
+
+def _follower(arm: Arm, point: ArmPoint) -> Follower:
+    """How an arm finds its joints in the middles of stretches."""
+    form, base, signs = closed_form(arm.robot), arm.base_in_world(point.position, point.yaw), point.signs
+    if form is None or signs is None or not arm.avoid_singularities:
+        return lambda flanges, at: follow(arm.robot, base, flanges, at.before, at.after)
+    return lambda flanges, at: _branch(form, np.array([signs]), inverse(base) @ flanges, at)
+
+
+def _branch(form: ClosedForm, signs: Ints, targets: Floats, at: _Stretches) -> tuple[Floats, Bools]:
+    """The branch of one posture, every joint on the turn nearest to the middle of its chord."""
+    found = solve_signed(form, targets[:, :3, :3], targets[None, :, :3, 3], signs)
+    joints: Floats = found.joints[:, 0, 0].T
+    joints = joints + TURN * np.round((0.5 * (at.before + at.after) - joints) / TURN)
+    return joints, found.missing[0, 0] < REACHED
+
+
+# --- what may happen elsewhere ----------------------------------------------------------------------------------------
+
+
+def _travel(at: _Stretches, joints: Floats) -> tuple[Floats, Bools]:
+    """(I, n) rad by which the middles lie off the chord, and (I,) True where a joint travels far on a half."""
+    sag = np.abs(joints - 0.5 * (at.before + at.after))
+    way = 0.5 * SAFETY * (np.abs(at.after - at.before) + 4.0 * sag)
+    return sag, np.max(way, axis=1, initial=0.0) > FAR
+
+
+def _note(beyond: dict[int, LimitExcess], arm: Arm, at: _Stretches, joints: Floats) -> None:
+    """Keep the largest excess of each joint over its limits."""
+    excess = np.maximum(arm.lower - joints, joints - arm.upper)
+    for i in np.flatnonzero(np.max(excess, axis=0, initial=-np.inf) > LIMITS):
+        k = int(np.argmax(excess[:, i]))
+        amount = float(excess[k, i])
+        if int(i) not in beyond or amount > beyond[int(i)].amount:
+            name = arm.robot.joint_names[int(i)]
+            beyond[int(i)] = LimitExcess(arm.name, name, int(at.step[k]), float(at.middle[k]), amount)
+
+
+def _may_leave_limits(arm: Arm, halves: _Stretches, sag: Floats) -> Bools:
+    """(2 I,) True where a joint may leave its limits on a half though it keeps them at both ends."""
+    high, low = np.maximum(halves.before, halves.after), np.minimum(halves.before, halves.after)
+    reach = np.tile(0.5 * sag, (2, 1))  # a parabola's sag, of each half, is a quarter
+    inside = (high <= arm.upper + EXACT) & (low >= arm.lower - EXACT)
+    sure = (high + reach <= arm.upper + EXACT) & (low - reach >= arm.lower - EXACT)
+    unsure: Bools = np.any(inside & ~sure, axis=1)
+    return unsure
+
+
+def _may_leave_reach(form: ClosedForm, at: _Stretches, joints: Floats) -> Bools:
+    """(2 I,) True where the end of reach may be met on a half."""
+    known = np.stack([at.before, joints, at.after])
+    front, _, _ = posture_terms(form, np.moveaxis(known, -1, 0), np.sin, np.cos)
+    cosine = np.cos(form.planar.elbow_angle + form.turns[2] * known[..., 2])
+    doubtful = []
+    for margin in (front**2, 1.0 - cosine, 1.0 + cosine):
+        sag = np.abs(margin[1] - 0.5 * (margin[0] + margin[2]))
+        doubtful.append(np.minimum(margin[[0, 2]], margin[1]) <= 0.5 * SAFETY * sag)
+    met: Bools = np.any(doubtful, axis=0).ravel()
+    return met
+
+
+def _long(path: ObjectPath, at: _Stretches, resolution: Resolution) -> Bools:
+    """(I,) True where the object still moves by more than the resolution on a half."""
+    share = 0.5 * (at.end - at.start)
+    shift = share * np.linalg.norm(path.shifts[at.step], axis=1)
+    turn = share * np.linalg.norm(path.turns[at.step], axis=1)
+    long: Bools = (shift > resolution.length) | (turn > resolution.angle)
+    return long

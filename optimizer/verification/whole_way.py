@@ -1,0 +1,46 @@
+"""The check of a layout's whole path: every arm followed between the poses, and clearances where any are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from models.arm import Arm
+from models.cell import Cell
+from models.collision import CollisionModel
+from optimizer.clearance import LimitExcess, PathClearance, check_clearance
+from optimizer.program import ArmPoint
+from optimizer.verification.way import follow_way
+
+
+def check_whole_way(cell: Cell, model: CollisionModel | None, points: Sequence[ArmPoint]) -> PathClearance:
+    """Check a layout at and between its poses.
+
+    Args:
+        cell: task and arms.
+        model: bodies of the same arms; None where no clearance is asked for.
+        points: one per arm, as accurate as `optimizer.verify` asks for.
+    """
+    pairs = list(zip(cell.arms, points, strict=True))
+    ways = [follow_way(cell, arm, point) for arm, point in pairs]
+    breaks = {(one.arm, one.pose): one for way in ways for one in reversed(way.breaks)}
+    beyond = [one for way in ways for one in way.beyond]
+    nearest = max((_at_poses(arm, point) for arm, point in pairs), key=lambda one: one.amount)
+    samples = sum(way.samples for way in ways)
+    if model is None:
+        worst = max([nearest, *beyond], key=lambda one: one.amount)
+        return PathClearance((), tuple(breaks.values()), worst, not breaks, samples)
+    bases = np.stack([arm.base_in_world(point.position, point.yaw) for arm, point in pairs])
+    found = check_clearance(cell, model, cell.surroundings.clearances, bases, [point.joints for point in points])
+    known = {(one.arm, one.pose) for one in found.breaks}
+    more = tuple(one for place, one in breaks.items() if place not in known)
+    worst = max([found.worst_limit, *beyond], key=lambda one: one.amount)
+    return PathClearance(found.classes, (*found.breaks, *more), worst, found.limits_certain and not more, found.samples)
+
+
+def _at_poses(arm: Arm, point: ArmPoint) -> LimitExcess:
+    """The joint nearest to its limits at the poses."""
+    excess = np.maximum(arm.lower - point.joints, point.joints - arm.upper)
+    k, i = np.unravel_index(int(np.argmax(excess)), excess.shape)
+    return LimitExcess(arm.name, arm.robot.joint_names[int(i)], int(k), 0.0, float(excess[k, i]))

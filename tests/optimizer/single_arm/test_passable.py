@@ -1,0 +1,57 @@
+"""An optimum whose way cannot be gone is repaired by what it costs; places between the poses count for nothing."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.random_tasks import random_cell
+from models.task import Task
+from optimizer.measure import objective_of
+from optimizer.search import search_arm
+from optimizer.settings import Settings
+from optimizer.single_arm.passable import passable, with_places
+from optimizer.verification.way import follow_way
+from optimizer.verify import check
+
+
+@pytest.mark.parametrize("seed", [11, 13, 21])
+def test_the_answer_can_be_followed_where_the_best_at_the_poses_cannot(seed):
+    cell = random_cell(seed)
+    stuck = 0
+    for arm in cell.arms:
+        found = search_arm(cell, arm, Settings(), time.perf_counter() + 60.0)
+        value, point = found.optima[0]
+        way = follow_way(cell, arm, point)
+        assert found.best is not None
+        assert follow_way(cell, arm, found.best).free
+        assert check(cell, arm, found.best).usable
+        assert found.objective == pytest.approx(objective_of(cell.task, arm, found.best.joints), rel=1e-9)
+        if way.free:
+            assert found.objective == value
+            continue
+        stuck += 1
+        assert value < found.objective < 1.05 * value
+        repaired = passable(cell, arm, point, way, time.perf_counter() + 60.0)
+        assert repaired is not None
+        assert found.objective <= repaired[0]
+    assert stuck == 1
+
+
+def test_places_are_poses_of_no_weight_in_their_order_and_job():
+    cell = random_cell(0)
+    poses, weights = cell.task.poses[:5], np.array([1.0, 2.0, 3.0, 4.0, 5.0])
+    task = Task(poses, starts=(0, 2), weights=weights)
+    finer, rows = with_places(replace(cell, task=task), [(0, 0.5), (2, 0.25), (2, 0.75)])
+    assert np.array_equal(finer.task.poses[rows], task.poses)
+    assert np.array_equal(finer.task.weights[rows], task.weights)
+    added = np.setdiff1d(np.arange(len(finer.task)), rows)
+    assert np.array_equal(added, [1, 4, 5])
+    assert not np.any(finer.task.weights[added])
+    assert np.array_equal(finer.task.job_of[rows], task.job_of)
+    assert np.array_equal(finer.task.job_of[added], task.job_of[[0, 2, 2]])
+    middle = 0.5 * (task.poses[0, :3, 3] + task.poses[1, :3, 3])
+    np.testing.assert_allclose(finer.task.poses[1, :3, 3], middle, atol=1e-12)

@@ -1,0 +1,95 @@
+"""A way is followed as a dense continuation of one branch follows it; where it cannot be, the place is named."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from models.branches import signs_of
+from models.closed_form import closed_form
+from models.kinematics import flange_poses
+from models.pose import inverse
+from models.task import Task
+from optimizer.path_samples import ObjectPath, follow
+from optimizer.program import ArmPoint
+from optimizer.verification.way import follow_way
+from optimizer.verification.words import way_faults
+from tests.support.tasks import Possible, possible
+
+
+def dense(task: Possible, point: ArmPoint, count: int) -> tuple[bool, float]:
+    """Whether joints continued in small steps arrive at the next pose, and the largest excess over limits on the way.
+
+    Newton's method from the sample before; no halving, no bounds, no closed form.
+    """
+    arm = task.arm
+    path, base = ObjectPath(task.cell.task.poses), arm.base_in_world(point.position, point.yaw)
+    beyond, q = -np.inf, point.joints[0]
+    for fraction in np.arange(1, count + 1) / count:
+        flange = path.at(np.zeros(1, dtype=int), np.array([fraction])) @ arm.grasp @ inverse(arm.tool)
+        (new,), arrived = follow(arm.robot, base, flange, q[None], q[None])
+        if not arrived[0]:
+            return False, beyond
+        q = new
+        beyond = max(beyond, float(np.max(np.maximum(arm.lower - q, q - arm.upper))))
+    return bool(np.max(np.abs(q - point.joints[1])) < 1e-6), beyond
+
+
+def given(name: str, seed: int, step: float) -> tuple[Possible, ArmPoint]:
+    """Two postures at a random distance; some of the ways between them leave reach or pass singularities."""
+    task = possible(name, np.random.default_rng(seed), poses=2, step=0.1)
+    rng = np.random.default_rng([seed, 1])
+    joints, form = task.joints.copy(), closed_form(task.arm.robot)
+    signs = tuple(int(s) for s in signs_of(form, joints[0]))
+    while True:
+        away = joints[0] + rng.uniform(-step, step, task.arm.dof)
+        joints[1] = np.clip(away, task.arm.lower, task.arm.upper)
+        if tuple(signs_of(form, joints[1])) == signs:
+            break
+    flange = task.arm.base_in_world(task.position, task.yaw) @ flange_poses(task.arm.robot, joints)
+    poses = Task(flange @ task.arm.tool @ inverse(task.arm.grasp))
+    return replace(task, cell=replace(task.cell, task=poses)), ArmPoint(task.position, task.yaw, joints, signs)
+
+
+@pytest.mark.parametrize("name", ["puma560", "ur10e"])
+def test_breaks_are_those_of_a_dense_continuation(name):
+    found = []
+    for seed in range(8):
+        task, point = given(name, seed, step=2.0)
+        way = follow_way(task.cell, task.arm, point)
+        arrives, beyond = dense(task, point, count=60)
+        if not arrives:  # near a singularity steps have to be small
+            arrives, beyond = dense(task, point, count=1500)
+        found.append((not way.breaks, arrives))
+        if arrives and not way.breaks:
+            assert bool(way.beyond) or beyond <= 1e-4
+            assert max((one.amount for one in way.beyond), default=0.0) <= max(beyond, 0.0) + 1e-4
+    assert [ours for ours, _ in found] == [theirs for _, theirs in found]
+    assert 1 <= sum(arrives for _, arrives in found) <= 7
+
+
+def broken() -> tuple[Possible, ArmPoint]:
+    for seed in range(40):
+        task, point = given("ur10e", seed, step=2.0)
+        if follow_way(task.cell, task.arm, point).breaks:
+            return task, point
+    raise AssertionError("no way breaks")
+
+
+def test_a_break_is_told_with_the_poses_between_which_one_is_missing():
+    task, point = broken()
+    (reason,) = way_faults(follow_way(task.cell, task.arm, point).breaks, ())
+    assert (reason.kind, reason.poses) == ("joint_step", (0, 1))
+    assert "add a pose between 0 and 1" in reason.detail
+
+
+def test_from_job_to_job_there_is_no_way():
+    task, point = broken()
+    assert follow_way(replace(task.cell, task=Task(task.cell.task.poses, starts=(0, 1))), task.arm, point).free
+
+
+def test_a_redundant_arm_is_followed_by_newtons_method():
+    task = possible("iiwa14", np.random.default_rng(4), poses=4, step=0.1)
+    assert follow_way(task.cell, task.arm, ArmPoint(task.position, task.yaw, task.joints)).free

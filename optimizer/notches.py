@@ -29,8 +29,10 @@ SINGLE = 1e-9
 """rad; rounding of joint values that closed forms give."""
 VERTICAL = 1e-9
 """How far from the vertical the first axis may be (its cosine): else no height is known."""
-AROUND, RADIUS = 12, 5e-4
-"""Points on a small circle about a place, and its radius (m)."""
+AROUND, RADIUS = 12, 2e-3
+"""Points on a small circle about a place, and its radius (m); larger about the nearest point of a box beside it."""
+NEAR = 1.5
+"""Spacings."""
 MOST = 32
 """Places that circles are drawn about."""
 
@@ -60,46 +62,55 @@ class Places:
         )
 
 
-def notches(problem: ReducedProblem, box: Floats, most: float) -> tuple[Floats, Ints]:
+def notches(problem: ReducedProblem, box: Floats, spacing: Floats, most: float) -> tuple[Floats, Ints]:
     """Places where the cost may fall below what is known in a notch.
 
     Args:
         problem: the arm and the task.
         box: (3, 2) m, where bases may stand.
+        spacing: (3,) m, between the bases that were looked at: a notch whose tip is outside, but nearer than this, may
+            reach into the box unseen.
         most: cost that is known to be possible; infinite if none is.
 
     Returns:
         positions (K, AROUND, 3) m, circles about the places, and their signs (K, 3).
     """
-    places, least = _best_places(problem, box, most)
+    margin = np.where(box[:, 1] > box[:, 0], NEAR * spacing, 0.0)
+    margin[2] = 0.0  # heights are those of the box
+    places, least = _best_places(problem, box, margin, most)
     chosen = np.argsort(least, kind="stable")[:MOST]
     chosen = chosen[np.isfinite(least[chosen])]
     angle = TURN * np.arange(AROUND) / AROUND
-    circle = RADIUS * np.stack([np.cos(angle), np.sin(angle), np.zeros(AROUND)], axis=-1)
-    around = np.clip(places.positions[chosen][:, None, :] + circle, box[:, 0], box[:, 1])
+    circle = np.stack([np.cos(angle), np.sin(angle), np.zeros(AROUND)], axis=-1)
+    inside = np.clip(places.positions[chosen], box[:, 0], box[:, 1])
+    away = np.maximum(np.linalg.norm(inside - places.positions[chosen], axis=1), RADIUS)
+    around = np.clip(inside[:, None, :] + away[:, None, None] * circle, box[:, 0], box[:, 1])
     return around, places.signs[chosen]
 
 
-def _best_places(problem: ReducedProblem, box: Floats, most: float) -> tuple[Places, Floats]:
+def _best_places(problem: ReducedProblem, box: Floats, margin: Floats, most: float) -> tuple[Places, Floats]:
     """Places and their least costs; where z is free, at heights that are closer where the cost is low."""
     if box[2, 1] == box[2, 0]:
-        places = straight_places(problem, box, box[2, :1])
+        places = straight_places(problem, box, margin, box[2, :1])
         return places, least_costs(problem, places, most)
     heights, spacing = np.linspace(box[2, 0], box[2, 1], LEVELS), (box[2, 1] - box[2, 0]) / (LEVELS - 1)
-    places = straight_places(problem, box, heights)
+    places = straight_places(problem, box, margin, heights)
     least = least_costs(problem, places, COARSE * most)
     for _ in range(ROUNDS):
         spacing /= CLOSER
         best = places.positions[np.argsort(least, kind="stable")[:KEPT], 2]
         heights = np.unique(np.clip(best[:, None] + spacing * np.array([-2.0, -1.0, 1.0, 2.0]), *box[2]))
-        closer = straight_places(problem, box, heights)
+        closer = straight_places(problem, box, margin, heights)
         places = places.joined(closer)
         least = np.concatenate([least, least_costs(problem, closer, COARSE * most)])
     return places, np.where(least < SLACK * most, least, np.inf)
 
 
-def straight_places(problem: ReducedProblem, box: Floats, heights: Floats) -> Places:
-    """Places in the box, at some heights (L,), with a straight wrist at some pose; in both wrist signs."""
+def straight_places(problem: ReducedProblem, box: Floats, margin: Floats, heights: Floats) -> Places:
+    """Places at some heights (L,) with a straight wrist at some pose, in both wrist signs.
+
+    They are in the box or no farther outside than ``margin`` (3,) m.
+    """
     arm, form = problem.arm, problem.form
     upward = arm.mount @ form.axes[0]
     if not can_be_straight(form) or abs(upward[2]) < 1.0 - VERTICAL:
@@ -110,7 +121,7 @@ def straight_places(problem: ReducedProblem, box: Floats, heights: Floats) -> Pl
     ways = straight_wrists(form, tool_axis, (seen @ form.axes[0])[:, None] - upward[2] * heights)
     positions = (seen[:, None, :] - ways.wrist) @ arm.mount.T  # (8, m, L, 3)
     positions[..., 2] = heights
-    inside = np.all((positions >= box[:, 0]) & (positions <= box[:, 1]), axis=-1)
+    inside = np.all((positions >= box[:, 0] - margin) & (positions <= box[:, 1] + margin), axis=-1)
     inside &= (ways.shoulder * ways.elbow != 0) & _within_limits(arm, ways.joints)
     pose = np.broadcast_to(np.arange(len(seen))[:, None], inside.shape)[inside]
     wrists = np.repeat([1, -1], len(pose))

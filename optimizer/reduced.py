@@ -20,14 +20,11 @@ from models.chain import chain_of
 from models.closed_form import ClosedForm, closed_form
 from models.jobs import slices
 from models.kinematics import characteristic_length
-from models.pose import rotation_angle
 from models.posture import ALL_SIGNS
 from models.screws import conditioning_of
 from models.wrist_singularity import wrist_shortfall
 from optimizer.paths import choose_yaw, lift, unwrap
-
-LONGEST_GAP = 0.6
-"""rad + m between the poses that a long task is screened with."""
+from optimizer.single_arm.pose_sample import sample_job
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -72,18 +69,29 @@ class ReducedProblem:
     def sampled(self, count: int) -> ReducedProblem:
         """The same problem on about ``count`` poses, first and last included; itself if it has no more than that.
 
-        Poses are taken evenly along the way; a way with much turning keeps more of them, so that the path between
-        two of them can still be unwrapped. Of a family, every job gives a share of its poses.
+        They stand for all poses and have their weight, see `optimizer.single_arm.pose_sample`. Of a family, every job
+        gives a share of its poses.
         """
         m = len(self.positions)
         if m <= count:
             return self
-        keep = [
-            job.start + _along(self.rotations[job], self.positions[job], -(-count * (job.stop - job.start) // m))
+        weights = np.ones(m) if self.weights is None else self.weights
+        parts = [
+            sample_job(self.rotations[job], self.positions[job], weights[job], -(-count * (job.stop - job.start) // m))
             for job in self.jobs
         ]
-        chosen = np.concatenate(keep)
-        return self if len(chosen) == m else self.only(chosen)
+        counts = [len(chosen) for chosen, _ in parts]
+        if sum(counts) == m:
+            return self
+        keep = np.concatenate([job.start + chosen for job, (chosen, _) in zip(self.jobs, parts, strict=True)])
+        return replace(
+            self,
+            rotations=self.rotations[keep],
+            positions=self.positions[keep],
+            max_step=np.inf,
+            starts=tuple(int(start) for start in np.cumsum([0, *counts[:-1]])),
+            weights=np.concatenate([own for _, own in parts]),
+        )
 
     def only(self, keep: Ints) -> ReducedProblem:
         """The problem of some of the poses (their indices); steps between them are not limited.
@@ -165,21 +173,6 @@ def reduced_problem(cell: Cell, arm: Arm) -> ReducedProblem | None:
         starts=cell.task.starts,
         weights=None if np.all(cell.task.weights == 1.0) else cell.task.weights,
     )
-
-
-def _along(rotations: Floats, positions: Floats, count: int) -> Ints:
-    """Indices of about ``count`` poses of a job, evenly along the way, the ends included."""
-    m = len(positions)
-    turned = rotation_angle(np.swapaxes(rotations[:-1], 1, 2) @ rotations[1:])
-    moved = np.linalg.norm(np.diff(positions, axis=0), axis=1)
-    way = np.concatenate([[0.0], np.cumsum(turned + moved)])
-    count = max(count, int(np.ceil(way[-1] / LONGEST_GAP)) + 1, 2)
-    if m <= count and way[-1] > 0.0:
-        return np.arange(m)
-    if way[-1] == 0.0:
-        return np.unique([0, m - 1])
-    keep = np.unique(np.searchsorted(way, np.linspace(0.0, way[-1], count)))
-    return np.minimum(keep, m - 1)
 
 
 def evaluate(problem: ReducedProblem, positions: Floats) -> Paths:

@@ -12,6 +12,7 @@ from models.posture import ALL_SIGNS
 from optimizer.box import spread
 from optimizer.notches import notches
 from optimizer.reduced import Paths, ReducedProblem, conditioning_shortfall, evaluate, evaluate_signed
+from optimizer.single_arm.base_sample import BoxFrame
 from optimizer.watch import check_stop
 
 COARSE_POSES, CAREFUL_POSES = 5, 12
@@ -68,14 +69,14 @@ class Screen:
         notches: best points about places where the cost may fall below all that is usable among the candidates.
         evaluated: base × posture pairs looked at.
         problem: the (possibly sampled) task they were scored on.
-        box: (3, 2) m, that was searched. spacing: (3,) m, between neighbours of the first look.
+        frame: of the box that was searched. spacing: (3,) m, between neighbours of the first look.
     """
 
     candidates: list[Candidate]
     notches: list[Candidate]
     evaluated: int
     problem: ReducedProblem
-    box: Floats
+    frame: BoxFrame
     spacing: Floats
 
 
@@ -97,20 +98,23 @@ def screen(problem: ReducedProblem, box: Floats, seed: int, round_: int = 0) -> 
     count = POINTS[int(np.sum(box[:, 1] > box[:, 0]))]
     if count > 1:
         count *= 4**round_ * (THINNED if careful else 1)
-    points = spread(box, count, seed + round_)
+    frame = BoxFrame.of(problem, box)
+    points = frame.sample(count, seed + round_)
     spacing = _spacing(box, len(points))
-    picked = improve(coarse, _pick(coarse, points, spacing), box, spacing, FIRST_STEPS)
+    picked = improve(coarse, _pick(coarse, points, spacing), frame, spacing, FIRST_STEPS)
     picked.sort(key=lambda c: scored(coarse, c))
-    found = improve(small, picked[:LAST], box, 0.5**FIRST_STEPS * spacing, LAST_STEPS)
+    found = improve(small, picked[:LAST], frame, 0.5**FIRST_STEPS * spacing, LAST_STEPS)
     found.sort(key=lambda c: scored(small, c))
     evaluated = len(points) * int(np.sum(problem.postures))
-    return Screen(distinct(found, 0.05 * spacing), _in_notches(small, box, found), evaluated, small, box, spacing)
+    return Screen(
+        distinct(found, 0.05 * spacing), _in_notches(small, frame, spacing, found), evaluated, small, frame, spacing
+    )
 
 
-def _in_notches(problem: ReducedProblem, box: Floats, found: list[Candidate]) -> list[Candidate]:
+def _in_notches(problem: ReducedProblem, frame: BoxFrame, spacing: Floats, found: list[Candidate]) -> list[Candidate]:
     """The best point about every place where the cost may fall below that of the usable candidates, in a notch."""
     known = min((candidate.objective for candidate in found if candidate.violation == 0.0), default=np.inf)
-    around, signs = notches(problem, box, known)
+    around, signs = notches(problem, frame.box, spacing, known)
     if not len(around):
         return []
     paths = evaluate_signed(problem, around.reshape(-1, 3), np.repeat(signs, around.shape[1], axis=0))
@@ -119,13 +123,23 @@ def _in_notches(problem: ReducedProblem, box: Floats, found: list[Candidate]) ->
         for circle, s in zip(around, signs.tolist(), strict=True)
     ]
     best = sorted(_keep_best(problem, around, paths, places), key=lambda c: scored(problem, c))[:NOTCHES]
-    return improve(problem, best, box, NOTCH * (box[:, 1] > box[:, 0]).astype(np.float64), LAST_STEPS)
+    free = frame.box[:, 1] > frame.box[:, 0]
+    return improve(problem, best, frame, NOTCH * free.astype(np.float64), LAST_STEPS)
 
 
 def _spacing(box: Floats, count: int) -> Floats:
-    """(3,) m: distance between neighbours of an even spread of ``count`` points along each coordinate."""
+    """(3,) m: distance between neighbours of ``count`` points spread over a box, alike in all directions.
+
+    A side that is shorter than this distance is a spacing wide.
+    """
     width: Floats = box[:, 1] - box[:, 0]
-    spacing: Floats = width / count ** (1.0 / max(1, int(np.sum(width > 0.0))))
+    spacing, longer = width.copy(), width > 0.0
+    while np.any(longer):
+        even = float(np.prod(width[longer]) / count) ** (1.0 / int(np.sum(longer)))
+        if np.all(width[longer] >= even):
+            spacing[longer] = even
+            break
+        longer &= width >= even
     return spacing
 
 
@@ -205,7 +219,7 @@ def distinct(candidates: list[Candidate], spacing: Floats) -> list[Candidate]:
 
 
 def improve(
-    problem: ReducedProblem, candidates: list[Candidate], box: Floats, radius: Floats, steps: int
+    problem: ReducedProblem, candidates: list[Candidate], frame: BoxFrame, radius: Floats, steps: int
 ) -> list[Candidate]:
     """Improve all candidates together: points are strewn around each, the best is kept, the cloud shrinks by half.
 
@@ -215,12 +229,13 @@ def improve(
         return candidates
     cloud = 2.0 * spread(np.array([[0.0, 1.0]] * 3), CLOUD, 7) - 1.0
     cloud[0] = 0.0
+    cloud = frame.turned(cloud)
     best = candidates
     for _ in range(steps):
         check_stop()
         centres = np.array([c.position for c in best])
         signs = np.repeat(np.array([c.signs for c in best], dtype=np.int64), CLOUD, axis=0)
-        points = np.clip(centres[:, None, :] + cloud * radius, box[:, 0], box[:, 1])
+        points = np.clip(centres[:, None, :] + cloud * radius, frame.box[:, 0], frame.box[:, 1])
         paths = evaluate_signed(problem, points.reshape(-1, 3), signs)
         if problem.arm.min_conditioning is not None:
             paths.jump[0] += conditioning_shortfall(problem, paths.joints[:, 0])

@@ -45,7 +45,7 @@ MOVED, MOVE, MOVE_STEPS = 6, 0.25, 3
 """Candidates that are improved on the whole task, within this share of a spacing, in so many steps."""
 SHARE = 0.5
 """Share of the time left that one local solve may take: a start that struggles must not use up the others' time."""
-LEVEL = 1e-3
+LEVEL = 1e-4
 """Relative rise of the cost that counts as level."""
 ROUNDED = 1e-6
 """m and rad by which a local optimum may seem to break limits that are active."""
@@ -200,7 +200,7 @@ def _worth_solving(found: Screen, problem: ReducedProblem) -> list[Candidate]:
     candidates = found.candidates
     if not candidates:
         return []
-    candidates = improve(problem, candidates[:MOVED], found.box, MOVE * found.spacing, MOVE_STEPS)
+    candidates = improve(problem, candidates[:MOVED], found.frame, MOVE * found.spacing, MOVE_STEPS)
     positions = np.array([c.position for c in candidates])
     paths = evaluate_signed(problem, positions, np.array([c.signs for c in candidates]))
     whole = [
@@ -234,9 +234,10 @@ def _elsewhere(problem: ReducedProblem, candidates: list[Candidate], optimum: Ar
     objective = paths.objective[0].reshape(len(places), -1)
     violation = paths.violation[0].reshape(len(places), -1)
     violation[:, -1] = 0.0  # but for rounding
-    falling = np.diff(objective, axis=1) <= LEVEL * objective[:, :1]
-    easing = np.diff(violation, axis=1) < ROUNDED
     usable = violation[:, :-1] <= ROUNDED
+    least = np.minimum.accumulate(np.where(usable, objective[:, :-1], np.inf), axis=1)
+    falling = objective[:, 1:] <= (1.0 + LEVEL) * least
+    easing = np.diff(violation, axis=1) < ROUNDED
     downhill = np.all(easing & (falling | ~usable), axis=1)
     return [
         candidate

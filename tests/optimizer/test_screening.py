@@ -94,13 +94,13 @@ def test_candidates_of_one_posture_stand_apart():
 
 def test_improvement_never_makes_a_candidate_worse():
     _, problem, box = problem_of("puma560", 1)
-    start = screen(problem, box, 0).candidates
-    spacing = np.array([0.05, 0.05, 0.0])
-    better = improve(problem, start, box, spacing, 4)
+    found = screen(problem, box, 0)
+    start, spacing = found.candidates, np.array([0.05, 0.05, 0.0])
+    better = improve(problem, start, found.frame, spacing, 4)
     for before, after in zip(start, better, strict=True):
         assert after.signs == before.signs
         assert scored(problem, after) <= scored(problem, before) + 1e-9
-    assert improve(problem, [], box, spacing, 4) == []
+    assert improve(problem, [], found.frame, spacing, 4) == []
 
 
 def test_order_of_signs_is_that_of_the_branches():

@@ -54,6 +54,37 @@ def _exponentials(vectors: Floats) -> Floats:
     return rotations
 
 
+def keep_inside(
+    robot: Robot, base: Floats, flanges: Floats, joints: Floats, lower: Floats, upper: Floats
+) -> tuple[Floats, Bools]:
+    """Joints of a redundant arm at the same poses, moved inside their limits by its spare freedom.
+
+    Args:
+        robot: the arm. base: (4, 4) in the world.
+        flanges: (K, 4, 4) in the world.
+        joints: (K, n) rad to begin with.
+        lower: (n,) rad. upper: (n,) rad.
+
+    Returns:
+        (K, n) rad, joints that were beyond a limit at it; and (K,) False where Newton's method does not arrive.
+    """
+    chain, targets = chain_of(robot), inverse(base) @ flanges
+    held: Bools = np.zeros(joints.shape, dtype=np.bool_)
+    for _ in range(ITERATIONS):
+        held |= (joints < lower) | (joints > upper)
+        joints = np.clip(joints, lower, upper)
+        rotations, positions, jacobians = forward_and_jacobian(chain, joints)
+        error = pose_error(rotations, positions, targets)
+        good: Bools = np.max(np.abs(error), axis=1) < REACHED
+        if np.all(good):
+            break
+        free = np.where(held[:, None, :], 0.0, jacobians)
+        across = free.swapaxes(1, 2)
+        step = (across @ np.linalg.solve(free @ across + 1e-12 * np.eye(6), error[..., None]))[..., 0]
+        joints = joints + np.where(good[:, None], 0.0, step)
+    return np.clip(joints, lower, upper), good
+
+
 def follow(robot: Robot, base: Floats, flanges: Floats, before: Floats, after: Floats) -> tuple[Floats, Bools]:
     """Joints between two postures that take the flange to poses in between.
 

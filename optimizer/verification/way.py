@@ -26,7 +26,7 @@ from models.cell import Cell
 from models.closed_form import ClosedForm, closed_form
 from models.pose import inverse
 from optimizer.clearance import Break, LimitExcess
-from optimizer.path_samples import ObjectPath, follow
+from optimizer.path_samples import ObjectPath, follow, keep_inside
 from optimizer.program import ArmPoint
 from optimizer.stretches import LIMITS as EXACT
 from optimizer.stretches import SAFETY, Resolution
@@ -147,8 +147,18 @@ def _follower(arm: Arm, point: ArmPoint) -> Follower:
     """How an arm finds its joints in the middles of stretches."""
     form, base, signs = closed_form(arm.robot), arm.base_in_world(point.position, point.yaw), point.signs
     if form is None or signs is None or not arm.avoid_singularities:
-        return lambda flanges, at: follow(arm.robot, base, flanges, at.before, at.after)
+        return lambda flanges, at: _continued(arm, base, flanges, at)
     return lambda flanges, at: _branch(form, np.array([signs]), inverse(base) @ flanges, at)
+
+
+def _continued(arm: Arm, base: Floats, flanges: Floats, at: _Stretches) -> tuple[Floats, Bools]:
+    """Newton's method from the middles of the chords; a redundant arm gives way to its limits."""
+    joints, arrived = follow(arm.robot, base, flanges, at.before, at.after)
+    beyond = np.any((joints < arm.lower) | (joints > arm.upper), axis=1) & arrived
+    if arm.dof > 6 and np.any(beyond):
+        inside, good = keep_inside(arm.robot, base, flanges[beyond], joints[beyond], arm.lower, arm.upper)
+        joints[beyond] = np.where(good[:, None], inside, joints[beyond])
+    return joints, arrived
 
 
 def _branch(form: ClosedForm, signs: Ints, targets: Floats, at: _Stretches) -> tuple[Floats, Bools]:

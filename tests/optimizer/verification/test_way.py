@@ -12,7 +12,7 @@ from models.closed_form import closed_form
 from models.kinematics import flange_poses
 from models.pose import inverse
 from models.task import Task
-from optimizer.path_samples import ObjectPath, follow
+from optimizer.path_samples import ObjectPath, follow, keep_inside
 from optimizer.program import ArmPoint
 from optimizer.verification.way import follow_way
 from optimizer.verification.words import way_faults
@@ -93,3 +93,22 @@ def test_from_job_to_job_there_is_no_way():
 def test_a_redundant_arm_is_followed_by_newtons_method():
     task = possible("iiwa14", np.random.default_rng(4), poses=4, step=0.1)
     assert follow_way(task.cell, task.arm, ArmPoint(task.position, task.yaw, task.joints)).free
+
+
+def test_a_redundant_arm_gives_way_to_a_limit_between_its_poses():
+    task = possible("iiwa14", np.random.default_rng(4), poses=2, step=0.5)
+    point = ArmPoint(task.position, task.yaw, task.joints)
+    path, base = ObjectPath(task.cell.task.poses), task.arm.base_in_world(task.position, task.yaw)
+    flange = path.at(np.zeros(1, dtype=int), np.array([0.5])) @ task.arm.grasp @ inverse(task.arm.tool)
+    (middle,), _ = follow(task.arm.robot, base, flange, task.joints[:1], task.joints[1:])
+    over = middle - np.max(task.joints, axis=0)
+    joint = int(np.argmax(over))
+    assert over[joint] > 1e-3
+    upper = task.arm.upper.copy()
+    upper[joint] = middle[joint] - 0.5 * over[joint]
+    arm = replace(task.arm, upper=upper)
+    assert follow_way(replace(task.cell, arms=(arm,)), arm, point).free
+    (inside,), arrived = keep_inside(arm.robot, base, flange, middle[None], arm.lower, upper)
+    assert arrived[0]
+    assert inside[joint] == upper[joint]
+    np.testing.assert_allclose(base @ flange_poses(arm.robot, inside[None])[0], flange[0], atol=1e-7)

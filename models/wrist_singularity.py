@@ -12,9 +12,7 @@ import numpy as np
 from models.arm import SINGULAR_WRIST, Arm
 from models.arrays import Floats
 from models.closed_form import ClosedForm, closed_form
-
-KEPT = 1e-6
-"""rad; a distance missed by less counts as kept."""
+from models.kept import KEPT
 
 
 def wrist_distance(form: ClosedForm, fifth: Floats) -> Floats:

@@ -9,7 +9,8 @@ every step is looked at, and steps are halved again where something may happen b
   functions of the place, also where the joints are not; they must keep off 0 and ±1 by half their sag.
 
 A joint that still travels far on a part of 2^-20 of a step jumps there: the way passes a singularity. Arms with a
-closed form are followed by it; others, and those that may go through singularities, by Newton's method.
+closed form are followed by it, others by Newton's method, as are those that may go through singularities where their
+branch leaps.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from models.cell import Cell
 from models.closed_form import ClosedForm, closed_form
 from models.pose import inverse
 from optimizer.clearance import Break, LimitExcess
-from optimizer.path_samples import ObjectPath, follow, keep_inside
+from optimizer.path_samples import STRAY, ObjectPath, follow, keep_inside
 from optimizer.program import ArmPoint
 from optimizer.stretches import LIMITS as EXACT
 from optimizer.stretches import SAFETY, Resolution
@@ -146,9 +147,13 @@ def follow_way(cell: Cell, arm: Arm, point: ArmPoint, resolution: Resolution | N
 def _follower(arm: Arm, point: ArmPoint) -> Follower:
     """How an arm finds its joints in the middles of stretches."""
     form, base, signs = closed_form(arm.robot), arm.base_in_world(point.position, point.yaw), point.signs
-    if form is None or signs is None or not arm.avoid_singularities:
+    if form is None or signs is None:
         return lambda flanges, at: _continued(arm, base, flanges, at)
-    return lambda flanges, at: _branch(form, np.array([signs]), inverse(base) @ flanges, at)
+    if arm.avoid_singularities:
+        return lambda flanges, at: _branch(form, np.array([signs]), inverse(base) @ flanges, at)
+    return lambda flanges, at: _either(
+        arm, base, flanges, at, _branch(form, np.array([signs]), inverse(base) @ flanges, at)
+    )
 
 
 def _continued(arm: Arm, base: Floats, flanges: Floats, at: _Stretches) -> tuple[Floats, Bools]:
@@ -158,6 +163,21 @@ def _continued(arm: Arm, base: Floats, flanges: Floats, at: _Stretches) -> tuple
     if arm.dof > 6 and np.any(beyond):
         inside, good = keep_inside(arm.robot, base, flanges[beyond], joints[beyond], arm.lower, arm.upper)
         joints[beyond] = np.where(good[:, None], inside, joints[beyond])
+    return joints, arrived
+
+
+def _either(
+    arm: Arm, base: Floats, flanges: Floats, at: _Stretches, branch: tuple[Floats, Bools]
+) -> tuple[Floats, Bools]:
+    """The branch; where it strays from its neighbours, as in a singularity, Newton's method if that arrives."""
+    joints, arrived = branch
+    apart = np.max(np.abs(at.after - at.before), axis=1)
+    far = np.max(np.abs(joints - 0.5 * (at.before + at.after)), axis=1) > 0.5 * apart + STRAY
+    if np.any(far):
+        some = at[far]
+        near, good = follow(arm.robot, base, flanges[far], some.before, some.after)
+        joints[far] = np.where(good[:, None], near, joints[far])
+        arrived[far] |= good
     return joints, arrived
 
 

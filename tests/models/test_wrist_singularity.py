@@ -9,8 +9,9 @@ import pytest
 
 from models.arm import SINGULAR_WRIST
 from models.closed_form import closed_form
+from models.kept import KEPT
 from models.kinematics import characteristic_length, conditioning
-from models.wrist_singularity import KEPT, wrist_distance, wrist_shortfall
+from models.wrist_singularity import wrist_distance, wrist_shortfall
 from tests.support.arms import make_arm, oblique_wrist, random_joints
 
 

@@ -1,0 +1,173 @@
+"""One arm of a given layout: the paths that it has from where it stands, and what is wrong with them."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.arm import Arm, Interval
+from models.arrays import Floats
+from models.branches import solve_signed
+from models.cell import Cell
+from models.closed_form import closed_form
+from models.kept import KEPT
+from models.posture import ALL_SIGNS
+from optimizer.faults import arm_faults
+from optimizer.layers import best_path
+from optimizer.layout import Reason
+from optimizer.local import solve_locally
+from optimizer.measure import objective_of, path_signs
+from optimizer.program import ArmPoint
+from optimizer.reasons import explain_general, explain_path
+from optimizer.reduced import Paths, ReducedProblem, evaluate, reduced_problem, seen_from
+from optimizer.search import search_arm
+from optimizer.settings import Settings
+from optimizer.verification.way import follow_way
+from optimizer.verification.words import way_faults
+from optimizer.verify import ArmCheck, check
+
+SEARCHING = 3.0
+"""s, soft limit of what is done for an arm without a reduced problem."""
+FOLLOWABLE = 1e-3
+"""m and rad; joints that miss their poses by more say nothing about the way between them."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Standing:
+    """One arm where it stands.
+
+    Attributes:
+        arm: the arm.
+        point: a path, or None if it has none. check: its figures.
+        objective: its part of E; infinite without a path.
+        reasons: what is wrong with it.
+        looked_at: postures or paths that were looked at.
+    """
+
+    arm: Arm
+    point: ArmPoint | None
+    check: ArmCheck | None
+    objective: float
+    reasons: tuple[Reason, ...]
+    looked_at: int
+
+    @property
+    def there(self) -> bool:
+        """Whether the arm is at all poses, or near enough for its way between them to mean something."""
+        found = self.check
+        return found is not None and max(found.position_error, found.orientation_error) <= FOLLOWABLE
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Choice:
+    """What one arm can do from its base.
+
+    Attributes:
+        standings: paths without a fault, cheapest first; or else one, the nearest to that.
+        complete: True if there are no others.
+    """
+
+    standings: tuple[Standing, ...]
+    complete: bool
+
+    @property
+    def best(self) -> Standing:
+        """The cheapest, or the nearest to being usable."""
+        return self.standings[0]
+
+
+def as_given(cell: Cell, arm: Arm, joints: Floats) -> Choice:
+    """An arm with its joints (m, n) [rad]."""
+    form = closed_form(arm.robot)
+    signs = None if form is None else path_signs(form, joints)
+    return Choice((_judged(cell, arm, ArmPoint(*_place(arm), joints, signs), 1),), True)
+
+
+def choices(cell: Cell, arm: Arm) -> Choice:
+    """The paths of an arm with a fixed base: one per posture where it has postures."""
+    problem = reduced_problem(cell, arm)
+    return Choice((_general(cell, arm),), False) if problem is None else _reduced(cell, problem)
+
+
+def _reduced(cell: Cell, problem: ReducedProblem) -> Choice:
+    """The usable postures; if there is none, the one that breaks least.
+
+    Turns of 2π move no body: the cheapest ones inside the limits are the only ones that need to be looked at. Where an
+    arm may stand in a singularity, more paths than the closed form's go through it.
+    """
+    arm = problem.arm
+    position, _ = _place(arm)
+    paths = evaluate(problem, position[None])
+    violation, objective = paths.violation[:, 0], paths.objective[:, 0]
+    order = np.lexsort((objective, violation > KEPT))
+    candidates = []
+    for k in order[violation[order] <= KEPT]:
+        point = ArmPoint(position, float(paths.yaw[k, 0]), paths.joints[:, k, 0].T, ALL_SIGNS[k])
+        candidates.append(_judged(cell, arm, point, len(order)))
+    clean = tuple(one for one in candidates if not one.reasons)
+    nearest = int(np.argmin(violation))
+    return Choice(
+        clean or (candidates[0] if candidates else _nearest(cell, problem, paths, nearest),), arm.avoid_singularities
+    )
+
+
+def _nearest(cell: Cell, problem: ReducedProblem, paths: Paths, k: int) -> Standing:
+    """An arm without a usable posture: what the one that breaks least breaks."""
+    arm = problem.arm
+    position, _ = _place(arm)
+    joints, signs = paths.joints[:, k, 0].T, ALL_SIGNS[k]
+    if paths.missing[k, 0] == 0.0:
+        point = ArmPoint(position, float(paths.yaw[k, 0]), joints, signs)
+        return _judged(cell, arm, point, len(ALL_SIGNS))
+    seen = solve_signed(problem.form, problem.rotations, seen_from(problem, position[None]), np.array([signs]))
+    reasons = explain_path(cell, arm, joints, seen.missing[0, 0], "from this base")
+    return Standing(arm, None, None, np.inf, reasons, len(ALL_SIGNS))
+
+
+def _general(cell: Cell, arm: Arm) -> Standing:
+    """The cheapest path through the branches; what its samples of a redundant arm leave is got by a local solve.
+
+    Where that ends in nothing usable, the search of an arm with a fixed base has the last word.
+    """
+    deadline = time.perf_counter() + SEARCHING
+    path = best_path(cell, arm, *_place(arm))
+    if path.unreached and arm.dof <= 6:  # all branches are known
+        return Standing(arm, None, None, np.inf, explain_general(cell, arm, [path]), 1)
+    found = []
+    if not path.unreached:
+        point = ArmPoint(path.position, path.yaw, path.joints, path.signs)
+        found.append(_judged(cell, arm, point, 1))
+        if arm.dof > 6 or found[0].reasons:
+            solved = solve_locally(cell, arm, point, deadline)
+            if solved.status.has_point:
+                found.append(_judged(cell, arm, solved.points[0], 2))
+    if not any(one.point is not None and not one.reasons for one in found):
+        searched = search_arm(cell, arm, Settings(), deadline)
+        if searched.best is not None:
+            return _judged(cell, arm, searched.best, searched.candidates)
+        if not found:
+            return Standing(arm, None, None, np.inf, searched.reasons, searched.candidates)
+    return min(found, key=lambda one: (bool(one.reasons), one.objective))
+
+
+def _place(arm: Arm) -> tuple[Floats, float]:
+    """Where a fixed base stands: (3,) m, and its yaw [rad]."""
+    x, y, z, yaw = (interval.low for interval in intervals(arm))
+    return np.array([x, y, z]), yaw
+
+
+def _judged(cell: Cell, arm: Arm, point: ArmPoint, looked_at: int) -> Standing:
+    found = check(cell, arm, point)
+    reasons = arm_faults(cell, arm, point, found)
+    if not reasons:
+        way = follow_way(cell, arm, point)
+        reasons = way_faults(way.breaks, way.beyond)
+    return Standing(arm, point, found, objective_of(cell.task, arm, point.joints), reasons, looked_at)
+
+
+def intervals(arm: Arm) -> tuple[Interval, ...]:
+    """x, y, z and yaw of the base."""
+    base = arm.base
+    return base.x, base.y, base.z, base.yaw

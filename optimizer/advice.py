@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from models.cell import Cell
@@ -13,6 +13,8 @@ from optimizer.findings import Explanation
 from optimizer.layout import Layout, Outcome
 from optimizer.measure import jobs_of, placed
 from optimizer.program import ArmPoint
+from optimizer.progress.timetable import Timetable
+from optimizer.prove import against
 from optimizer.settings import Settings
 from optimizer.tolerance.tolerance import tolerance_of
 from optimizer.verify import check, summarise
@@ -20,21 +22,21 @@ from optimizer.watch import unheard
 from optimizer.why_not.explain import explain
 
 
-def with_advice(cell: Cell, layout: Layout, settings: Settings, report: Callable[[str, float], None]) -> Layout:
-    """The layout with what is asked for: the explanation of one that is infeasible, the tolerance of one that is not.
+def with_advice(cell: Cell, layout: Layout, settings: Settings, table: Timetable) -> Layout:
+    """The layout with what is asked for: why there is no usable one, or the tolerance of one that is usable.
 
     Args:
-        cell: the cell. layout: its answer. settings: of the call. report: told what is being done.
+        cell: the cell. layout: its answer. settings: of the call. table: told what is being done.
     """
-    if layout.outcome is Outcome.INFEASIBLE and settings.explain:
-        report("explaining", 1.0)
+    if not layout.usable and settings.explain:
+        table.stage("explain")("explaining", 0.0)
         with unheard():  # the searches in there are not those of the answer
             found = explain(cell, layout, settings.seed, time.perf_counter() + settings.time_limit)
         if isinstance(found, Explanation):
             return replace(layout, explanation=found)
         layout = _rescued(cell, layout, found)
-    if layout.outcome is not Outcome.INFEASIBLE and settings.tolerance is not None:
-        report("displacing bases", 1.0)
+    if layout.usable and settings.tolerance is not None:
+        table.stage("tolerance")("displacing bases", 0.0)
         tolerance = tolerance_of(cell, layout.placements, layout.clearances, settings.tolerance, settings.seed)
         return replace(layout, tolerance=tolerance)
     return layout
@@ -44,14 +46,16 @@ def _rescued(cell: Cell, layout: Layout, points: Sequence[ArmPoint]) -> Layout:
     """The layout that turned up while it was being explained why there is none."""
     path = Scene.of(cell).certify(points)
     placements = tuple(placed(cell, arm, point) for arm, point in zip(cell.arms, points, strict=True))
+    objective = sum(placement.objective for placement in placements)
+    certificate = None if layout.certificate is None else against(layout.certificate, objective)
     return replace(
         layout,
-        outcome=Outcome.FEASIBLE,
-        objective=sum(placement.objective for placement in placements),
+        outcome=Outcome.of(usable=True, proved=certificate is not None and certificate.proved),
+        objective=objective,
         placements=placements,
         reasons=(),
-        proved=False,
         verification=summarise([check(cell, arm, point) for arm, point in zip(cell.arms, points, strict=True)]),
+        certificate=certificate,
         clearances=found_clearances(path),
         jobs=jobs_of(cell, placements),
     )

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from models.arrays import Floats
+
 
 @dataclass(frozen=True, slots=True)
 class Event:
@@ -18,12 +20,15 @@ class Stage(Event):
     """Something else is being done now.
 
     Attributes:
-        what: words for a person, "searching main". done: share of the stages of its sort that lie behind, in [0, 1].
+        what: words for a person, "searching main".
+        done: share of the whole that lies behind, in [0, 1]; it never falls.
+        remaining: s that it probably still takes, a guess; None where nobody guesses.
     """
 
     kind: ClassVar[str] = "stage"
     what: str
     done: float
+    remaining: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +93,37 @@ class Bounded(Event):
     objective: float | None
     gap: float | None
     boxes: int
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Standing:
+    """Where one arm of a layout stands.
+
+    Attributes:
+        name: of the arm. position: m, base origin in the world. yaw: rad. posture: names of the signs, or None.
+        objective: its part of E. mount: (3, 3) orientation of the base in the world at yaw 0.
+    """
+
+    name: str
+    position: tuple[float, float, float]
+    yaw: float
+    posture: dict[str, str] | None
+    objective: float
+    mount: Floats
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Incumbent(Event):
+    """A usable layout of the whole cell, better than all before.
+
+    Attributes:
+        objective: E. time: s since the start. arms: where they stand, in the order of the cell.
+    """
+
+    kind: ClassVar[str] = "incumbent"
+    objective: float
+    time: float
+    arms: tuple[Standing, ...]
 
 
 @dataclass(frozen=True, slots=True)

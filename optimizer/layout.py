@@ -12,11 +12,29 @@ from optimizer.findings import Alternative, Clearance, Explanation, Tolerance
 
 
 class Outcome(StrEnum):
-    """What the search ended with."""
+    """What is known of a cell in the end. Neither ``optimal`` nor ``infeasible`` is said without a proof."""
 
-    OPTIMAL = "optimal"  # the search finished
-    FEASIBLE = "feasible"  # a limit cut the search; the point is usable
-    INFEASIBLE = "infeasible"  # no usable point; reasons say why
+    OPTIMAL = "optimal"  # usable, and proved to be the best within the gap that was asked for
+    FEASIBLE = "feasible"  # usable; how far from the best, is known as far as the certificate says
+    INFEASIBLE = "infeasible"  # proved: there is no usable layout; reasons say why
+    UNKNOWN = "unknown"  # nothing usable found and nothing proved; reasons say what stopped it
+
+    @staticmethod
+    def of(*, usable: bool, proved: bool) -> Outcome:
+        """The word for a usable layout, or for none, with or without a proof that this is the answer."""
+        if usable:
+            return Outcome.OPTIMAL if proved else Outcome.FEASIBLE
+        return Outcome.INFEASIBLE if proved else Outcome.UNKNOWN
+
+    @property
+    def usable(self) -> bool:
+        """True if there is a layout."""
+        return self in (Outcome.OPTIMAL, Outcome.FEASIBLE)
+
+    @property
+    def proved(self) -> bool:
+        """True if there is a proof."""
+        return self in (Outcome.OPTIMAL, Outcome.INFEASIBLE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +44,7 @@ class Reason:
     Attributes:
         arm: name of the arm.
         kind: out_of_reach | joint_limit | joint_step | posture | jobs | conditioning | singularity |
-            limit_reached | floor | coupling | collision.
+            limit_reached | not_found | floor | coupling | collision.
         poses: indices of the poses concerned (0-based).
         joint: name of the joint concerned, or None.
         amount: by how much, in ``unit``; None where there is no number.
@@ -113,12 +131,16 @@ class Search:
         starts: local optimisations run.
         basins: distinct local optima found.
         wall_time: s.
+        ended: False if the time limit cut the search, or the proof that is tried unasked, before it was through.
+        first_feasible_time: s from the start to the first usable layout of the whole cell; None without one.
     """
 
     candidates: int
     starts: int
     basins: int
     wall_time: float
+    ended: bool = True
+    first_feasible_time: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,6 +163,7 @@ class ArmCertificate:
     """Proof for one arm: no base in its region scores less than ``lower_bound``.
 
     ``lower_bound`` is None where the arm is proved infeasible or where no proof is offered (``note`` says which).
+    ``ended`` is False if its time limit cut the proof.
     """
 
     arm: str
@@ -150,11 +173,22 @@ class ArmCertificate:
     boxes: int
     wall_time: float
     note: str = ""
+    ended: bool = True
 
 
 @dataclass(frozen=True, slots=True)
 class Certificate:
-    """Proof for the whole cell; the bound is the sum of the arms' bounds. ``wanted`` is the gap that was asked for."""
+    """Proof for the whole cell.
+
+    Attributes:
+        lower_bound: no layout scores less; None where infeasible or where no proof is offered.
+        gap: of the answer, ``(objective - lower_bound) / max(objective, 1e-9)``; None without both.
+        proved: ``gap`` is at most ``wanted``, or ``infeasible``.
+        boxes: bounded. wall_time: s. arms: the proofs of the arms alone.
+        wanted: the gap that was asked for.
+        infeasible: there is no usable layout at all; ``reasons`` say why.
+        ended: False if its time limit cut the proof.
+    """
 
     lower_bound: float | None
     gap: float | None
@@ -163,6 +197,9 @@ class Certificate:
     wall_time: float
     arms: tuple[ArmCertificate, ...]
     wanted: float = 0.0
+    infeasible: bool = False
+    reasons: tuple[Reason, ...] = ()
+    ended: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -239,11 +276,11 @@ class Layout:
     """The answer for a cell.
 
     Attributes:
-        outcome: what the search ended with.
-        objective: E (8.21), or None where an arm has no placement.
-        placements: of the arms that work, in the order of the cell.
-        reasons: why not, for the arms that do not.
-        proved: True only with a proof: of optimality to the requested gap, or of infeasibility.
+        outcome: what is known.
+        objective: E (8.21), or None without a usable layout.
+        placements: of the arms that work, in the order of the cell; without a usable layout also the nearest that was
+            seen, and what it breaks stands in the reasons.
+        reasons: why there is no usable layout, and what stopped the search.
         search: evidence.
         verification: None where there is no placement.
         clearances: what every class of pairs keeps along the whole path; empty if none was asked for.
@@ -257,7 +294,6 @@ class Layout:
     objective: float | None
     placements: tuple[Placement, ...]
     reasons: tuple[Reason, ...]
-    proved: bool
     search: Search
     verification: Verification | None
     certificate: Certificate | None = None
@@ -267,3 +303,13 @@ class Layout:
     tolerance: Tolerance | None = None
     explanation: Explanation | None = None
     jobs: tuple[JobShare, ...] = ()
+
+    @property
+    def proved(self) -> bool:
+        """True only with a proof: of optimality within the gap that was asked for, or of infeasibility."""
+        return self.outcome.proved
+
+    @property
+    def usable(self) -> bool:
+        """True if there is a layout."""
+        return self.outcome.usable

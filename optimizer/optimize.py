@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import replace
 
 from models.cell import Cell
@@ -11,31 +10,31 @@ from optimizer.advice import with_advice
 from optimizer.certificate.budget import automatic
 from optimizer.coupled.layout import coupled_layout
 from optimizer.coupled.search import CoupledSearch, search_coupled
-from optimizer.events import Stage, Verified
+from optimizer.events import Verified
 from optimizer.layout import Certificate, Layout, Outcome, Placement, Reason, Search
 from optimizer.measure import jobs_of, placed
 from optimizer.penalty import run_baseline
-from optimizer.prove import prove
+from optimizer.progress.incumbents import arm_found, recording
+from optimizer.progress.timetable import Progress, Timetable, timetable
+from optimizer.prove import against, prove
 from optimizer.reasons import name_jobs
 from optimizer.search import ArmSearch, search_arm
 from optimizer.settings import Settings
 from optimizer.verify import check, summarise
-from optimizer.watch import check_stop, tell
-
-Progress = Callable[[str, float], None]
-"""Called with what is being done and the fraction done so far."""
+from optimizer.watch import tell
 
 
 def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | None = None) -> Layout:
     """Find the base placements that keep every joint as close to its reference as possible along the whole task.
 
     Arms are searched one by one first; where nothing couples them they are independent problems, and the objective is
-    the sum. Couplings, floor and clearances are then brought in by `optimizer.coupled`.
+    the sum. Couplings, floor and clearances are then brought in by `optimizer.coupled`. A proof follows, which decides
+    about the word of the answer.
 
     Args:
         cell: task and arms.
         settings: seed, limits, what else to compute.
-        progress: told about every stage.
+        progress: told what is being done, and the share of the whole that is done.
 
     Returns:
         The layout, verified. An impossible task is a layout with outcome ``infeasible`` and reasons, not an error.
@@ -44,43 +43,67 @@ def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | 
         Cancelled: whoever watches (`optimizer.watch`) wants an end.
     """
     settings = settings or Settings()
-    report = _reporter(progress)
     started = time.perf_counter()
-    deadline = started + settings.time_limit
-    searches: list[ArmSearch] = []
-    for index, arm in enumerate(cell.arms):
-        report(f"searching {arm.name}", index / len(cell.arms))
-        searches.append(search_arm(cell, arm, settings, deadline))
-    coupled = _couple(cell, searches, settings, deadline, report)
-    searched = time.perf_counter() - started
-    certificate = _certificate(cell, searches, settings, deadline, report)
-    report("verifying", 1.0)
-    layout = _layout(cell, searches, certificate, searched)
-    if coupled is not None:
-        layout = coupled_layout(cell, layout, coupled, settings.alternatives)
+    table = timetable(cell, settings, progress)
+    with recording(cell, started) as incumbents:
+        layout = _solved(cell, settings, started, table)
+    first = incumbents.first_time if layout.usable else None
+    layout = replace(layout, search=replace(layout.search, first_feasible_time=first))
     if layout.verification is not None:
         found = layout.verification
         tell(Verified(found.max_position_error, found.max_orientation_error, found.limits_respected))
-    layout = with_advice(cell, layout, settings, report)
+    layout = with_advice(cell, layout, settings, table)
+    if layout.usable and layout.search.first_feasible_time is None:  # it turned up only when it was explained
+        seconds = time.perf_counter() - started
+        layout = replace(layout, search=replace(layout.search, first_feasible_time=seconds))
     baselines = []
-    for method in settings.baselines:
-        report(f"baseline {method}", 1.0)
+    for index, method in enumerate(settings.baselines):
+        table.stage("baselines")(f"baseline {method}", index / len(settings.baselines))
         baselines.append(run_baseline(method, cell, settings))
     return replace(layout, baselines=tuple(baselines))
 
 
+def _solved(cell: Cell, settings: Settings, started: float, table: Timetable) -> Layout:
+    """Searched, proved and checked."""
+    deadline = started + settings.time_limit
+    searches: list[ArmSearch] = []
+    for index, arm in enumerate(cell.arms):
+        table.stage("arms")(f"searching {arm.name}", index / len(cell.arms))
+        searches.append(search_arm(cell, arm, settings, deadline))
+        _tell_of(cell, searches[-1])
+    coupled = _couple(cell, searches, settings, deadline, table)
+    searched = time.perf_counter() - started
+    certificate = _certificate(cell, searches, settings, deadline, table)
+    for search in searches:  # the proof may have found something better
+        _tell_of(cell, search)
+    if coupled is None and time.perf_counter() < deadline:  # what an arm lacked may have been found by the proof
+        coupled = _couple(cell, searches, settings, deadline, table)
+    table.stage("verify")("verifying", 0.0)
+    layout = _layout(cell, searches, certificate, searched)
+    if coupled is not None:
+        layout = coupled_layout(cell, layout, coupled, settings.alternatives)
+    if settings.certificate == "auto" and certificate is not None and not certificate.ended:
+        layout = replace(layout, search=replace(layout.search, ended=False))
+    return _with_what_stopped_it(layout, settings)
+
+
+def _tell_of(cell: Cell, search: ArmSearch) -> None:
+    if search.best is not None:
+        arm_found(cell, search.arm, search.best, search.objective)
+
+
 def _couple(
-    cell: Cell, searches: list[ArmSearch], settings: Settings, deadline: float, report: Progress
+    cell: Cell, searches: list[ArmSearch], settings: Settings, deadline: float, table: Timetable
 ) -> CoupledSearch | None:
     """The search over all arms together, where something asks for it and every arm can do its part alone."""
     wanted = cell.coupled or settings.alternatives > 0
     if not wanted or any(search.best is None for search in searches):
         return None
-    return search_coupled(cell, searches, settings, deadline, report)
+    return search_coupled(cell, searches, settings, deadline, table.stage("together"))
 
 
 def _certificate(
-    cell: Cell, searches: list[ArmSearch], settings: Settings, deadline: float, report: Progress
+    cell: Cell, searches: list[ArmSearch], settings: Settings, deadline: float, table: Timetable
 ) -> Certificate | None:
     """The proof that is asked for, or the automatic one, which the deadline cuts."""
     wanted = settings.certificate
@@ -88,47 +111,57 @@ def _certificate(
         return None
     if wanted == "auto":
         wanted = automatic(cell, max(deadline - time.perf_counter(), 0.0))
-    return prove(cell, searches, wanted, report)
-
-
-def _reporter(progress: Progress | None) -> Progress:
-    """Tells of every stage, and asks whether to go on with it."""
-
-    def report(what: str, fraction: float) -> None:
-        check_stop()
-        tell(Stage(what, fraction))
-        if progress is not None:
-            progress(what, fraction)
-
-    return report
+    return prove(cell, searches, wanted, table.stage("proof"))
 
 
 def _layout(cell: Cell, searches: list[ArmSearch], certificate: Certificate | None, wall_time: float) -> Layout:
-    """Collect the arms' results."""
+    """What the arms do without each other, which is the answer where nothing couples them."""
     placements: list[Placement] = []
     checks = []
     reasons: list[Reason] = []
     for search in searches:
-        reasons.extend(name_jobs(cell.task, search.reasons))
+        reasons.extend(search.reasons)
         if search.best is not None:
             placements.append(placed(cell, search.arm, search.best))
             checks.append(check(cell, search.arm, search.best))
-    complete = len(placements) == len(searches)
-    finished = all(search.finished for search in searches)
-    outcome = (Outcome.OPTIMAL if finished else Outcome.FEASIBLE) if complete else Outcome.INFEASIBLE
+    usable = len(placements) == len(searches) and not cell.coupled
+    objective = sum(p.objective for p in placements) if usable else None
+    certificate = None if certificate is None else against(certificate, objective)
+    proved = certificate is not None and certificate.proved
+    if not usable:
+        proved = proved or any(search.proved and search.best is None for search in searches)
     return Layout(
-        outcome=outcome,
-        objective=sum(p.objective for p in placements) if complete else None,
+        outcome=Outcome.of(usable=usable, proved=proved),
+        objective=objective,
         placements=tuple(placements),
-        reasons=tuple(reasons),
-        proved=any(search.proved for search in searches) or (certificate is not None and certificate.proved),
+        reasons=name_jobs(cell.task, tuple(reasons)),
         search=Search(
             candidates=sum(search.candidates for search in searches),
             starts=sum(search.starts for search in searches),
             basins=sum(len(search.basins) for search in searches),
             wall_time=wall_time,
+            ended=all(search.finished for search in searches),
         ),
         verification=summarise(checks) if checks else None,
         certificate=certificate,
         jobs=jobs_of(cell, placements),
     )
+
+
+def _with_what_stopped_it(layout: Layout, settings: Settings) -> Layout:
+    """An answer that is not known, with the reason why the search went no further."""
+    cut = any(reason.kind == "limit_reached" for reason in layout.reasons)
+    if layout.outcome is not Outcome.UNKNOWN or cut:
+        return layout
+    if layout.search.ended:
+        detail = (
+            f"the search ended after {layout.search.candidates} candidates and {layout.search.starts} starts without a "
+            "usable layout, and it is not proved that there is none; give a certificate more time, or change the cell"
+        )
+        reason = Reason("", "not_found", (), detail)
+    else:
+        detail = (
+            f"the time limit of {settings.time_limit:g} s ended the search without a usable layout; allow more time"
+        )
+        reason = Reason("", "limit_reached", (), detail)
+    return replace(layout, reasons=(*layout.reasons, reason))

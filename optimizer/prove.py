@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -56,6 +57,8 @@ def prove(
         wall_time=time.perf_counter() - began,
         arms=tuple(arms),
         wanted=settings.gap,
+        infeasible=impossible,
+        ended=all(arm.ended for arm in arms),
     )
 
 
@@ -68,6 +71,18 @@ def _share(settings: CertificateSettings, seconds: float, boxes: int, arms: int)
 def relative_gap(objective: float, lower_bound: float) -> float:
     """``(objective - lower_bound) / max(objective, 1e-9)``, never below 0 through rounding."""
     return max(float(objective) - float(lower_bound), 0.0) / max(float(objective), 1e-9)
+
+
+def against(certificate: Certificate, objective: float | None) -> Certificate:
+    """A certificate with its gap measured against another answer: its objective, or None without a usable layout."""
+    if objective is None:
+        return replace(certificate, gap=None, proved=certificate.infeasible)
+    if certificate.infeasible:
+        log.error("a layout of objective %.9g was found in a cell that was proved infeasible", objective)
+        certificate = replace(certificate, infeasible=False, reasons=())
+    bound = certificate.lower_bound
+    gap = None if bound is None else relative_gap(objective, bound)
+    return replace(certificate, gap=gap, proved=gap is not None and gap <= certificate.wanted)
 
 
 def _prove_arm(cell: Cell, search: ArmSearch, settings: CertificateSettings) -> ArmCertificate:
@@ -83,20 +98,21 @@ def _prove_arm(cell: Cell, search: ArmSearch, settings: CertificateSettings) -> 
         search.reasons = explain_proof(cell, search.arm, proof.obstacles) + search.reasons
     elif proof.found is not None:
         _take_over(cell, search, search.problem, proof.found)
-    return _certificate(search, proof, settings.gap)
+    return _certificate(search, proof, settings)
 
 
-def _certificate(search: ArmSearch, proof: ArmProof, wanted: float) -> ArmCertificate:
+def _certificate(search: ArmSearch, proof: ArmProof, settings: CertificateSettings) -> ArmCertificate:
     """The proof with its gap measured against the answer that will be given."""
     bound = None if proof.lower_bound is None else float(proof.lower_bound)
     gap = None if bound is None or search.best is None else relative_gap(search.objective, bound)
-    proved = proof.infeasible or (gap is not None and gap <= wanted)
+    proved = proof.infeasible or (gap is not None and gap <= settings.gap)
+    ended = proof.proved or proof.wall_time < settings.time_limit
     note = proof.note
     if proof.infeasible:
         note = "proved infeasible: no base in the region can do the task in one posture"
     elif not proved and search.arm.min_conditioning is not None:
         note = f"the bound does not know of min_conditioning; the gap may be what that costs. {note}".strip()
-    return ArmCertificate(search.arm.name, bound, gap, proved, proof.boxes, proof.wall_time, note)
+    return ArmCertificate(search.arm.name, bound, gap, proved, proof.boxes, proof.wall_time, note, ended)
 
 
 def _no_proof(search: ArmSearch) -> str:

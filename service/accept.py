@@ -12,7 +12,7 @@ from service.convert import cell_of, joints_of
 from service.library import Library
 from service.limits import check_sizes
 from service.schemas.evaluate import EvaluateRequest
-from service.schemas.request import LayoutRequest
+from service.schemas.request import Certificate, LayoutRequest
 from service.settings import Limits
 from service.strict_json import parse
 from service.validation import validate
@@ -29,7 +29,7 @@ class Accepted:
         body_hash: SHA-256 (hex) of the bytes it came as.
         request_hash: see `hash_of`.
         name: its label.
-        certificate_time: s that it asks for a proof.
+        time_limit: s for the search. certificate_time: s for a proof that come on top.
         runs: searches that it asks for, baselines and an explanation included.
     """
 
@@ -37,6 +37,7 @@ class Accepted:
     body_hash: str
     request_hash: str
     name: str
+    time_limit: float
     certificate_time: float
     runs: int
 
@@ -55,15 +56,17 @@ def accept(body: bytes, limits: Limits, library: Library | None = None) -> Accep
     """
     request = _read(LayoutRequest, body, limits, library)
     cell_of(request, library)
-    proof = 0.0 if request.certificate is None else request.certificate.time_limit
-    return _accepted(request, body, proof, 1 + len(request.baselines) + request.explain)
+    time_limit = limits.time_limit if request.time_limit is None else request.time_limit
+    request = request.model_copy(update={"time_limit": time_limit})
+    proof = request.certificate.time_limit if isinstance(request.certificate, Certificate) else 0.0
+    return _accepted(request, body, (time_limit, proof), 1 + len(request.baselines) + request.explain)
 
 
 def accept_evaluation(body: bytes, limits: Limits, library: Library | None = None) -> Accepted:
     """The request to evaluate a layout in ``body``; arguments and errors as for `accept`."""
     request = _read(EvaluateRequest, body, limits, library)
     joints_of(request, cell_of(request, library))
-    return _accepted(request, body, 0.0, 1)
+    return _accepted(request, body, (0.0, 0.0), 1)
 
 
 def _read(kind: type[Asked], body: bytes, limits: Limits, library: Library | None) -> Asked:
@@ -75,12 +78,14 @@ def _read(kind: type[Asked], body: bytes, limits: Limits, library: Library | Non
     return request if library is None else _pinned(request, library)
 
 
-def _accepted(request: LayoutRequest, body: bytes, certificate_time: float, runs: int) -> Accepted:
+def _accepted(request: LayoutRequest, body: bytes, times: tuple[float, float], runs: int) -> Accepted:
+    time_limit, certificate_time = times
     return Accepted(
         text=request.model_dump_json(),
         body_hash=hashlib.sha256(body).hexdigest(),
         request_hash=hash_of(request.model_dump(mode="json")),
         name=request.name,
+        time_limit=time_limit,
         certificate_time=certificate_time,
         runs=runs,
     )

@@ -18,6 +18,7 @@ class Exit(IntEnum):
     BAD_INPUT = 2
     INFEASIBLE = 3
     CUT = 4
+    UNKNOWN = 5
     INTERRUPTED = 130
 
 
@@ -40,7 +41,8 @@ def parser() -> argparse.ArgumentParser:
     top = argparse.ArgumentParser(
         prog="duocell",
         description="Finds where to bolt down the arms of a workcell.",
-        epilog="exit codes: 0 solved, 1 failed, 2 bad input, 3 infeasible, 4 cut by a limit, 130 interrupted",
+        epilog="exit codes: 0 solved (optimal, or feasible and searched to the end), 1 failed, 2 bad input, "
+        "3 infeasible, 4 feasible but cut by time, 5 unknown, 130 interrupted",
     )
     commands = top.add_subparsers(required=True, metavar="COMMAND")
 
@@ -63,7 +65,7 @@ def parser() -> argparse.ArgumentParser:
     solve.add_argument("request", metavar="REQUEST.json", help="a body of POST /v1/layouts; - reads standard input")
     solve.add_argument("-o", "--output", metavar="RESULT.json", help="where to write the answer; - is standard output")
     _add_robots(solve)
-    solve.add_argument("--time-limit", type=float, metavar="S", help="soft limit in s (DUOCELL_TIME_LIMIT, default 60)")
+    solve.add_argument("--time-limit", type=float, metavar="S", help="soft limit in s, in place of that of the request")
     solve.add_argument("--server", metavar="URL", help="solve there instead of here; the key, if any: DUOCELL_API_KEY")
     solve.set_defaults(command=_solve)
 

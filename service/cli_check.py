@@ -12,7 +12,7 @@ from models.errors import DuocellError
 from service.accept import accept_evaluation
 from service.cli import Exit
 from service.cli_input import complain, library_from, read
-from service.cli_solve import check_writable, show
+from service.cli_solve import check_writable, exit_code, show
 from service.issues import InvalidRequest, Issue
 from service.resources import solved_here
 from service.settings import Settings
@@ -46,7 +46,7 @@ def check(source: str, output: str | None, urdfs: Sequence[str]) -> int:
         sys.stderr.write(f"failed: {error.detail}\n")
         return Exit.FAILED
     show(solved_here(accepted, result, created), output)
-    return Exit.SOLVED if result["outcome"] == "feasible" else Exit.INFEASIBLE
+    return exit_code(result)
 
 
 def request_of(resource: dict[str, Any]) -> dict[str, Any]:

@@ -21,12 +21,11 @@ from service.reports import Reports
 from service.resources import solved_here
 
 
-def solve_here(accepted: Accepted, time_limit: float, library: Library) -> dict[str, Any]:
+def solve_here(accepted: Accepted, library: Library) -> dict[str, Any]:
     """The resource of a solved request.
 
     Args:
         accepted: the request.
-        time_limit: s, soft limit.
         library: what users brought.
 
     Raises:
@@ -35,11 +34,11 @@ def solve_here(accepted: Accepted, time_limit: float, library: Library) -> dict[
     """
     created = datetime.now(UTC)
     with display() as report:
-        result = _solve(accepted, time_limit, library, report)
+        result = _solve(accepted, library, report)
     return solved_here(accepted, result, created)
 
 
-def _solve(accepted: Accepted, time_limit: float, library: Library, report: Report) -> dict[str, Any]:
+def _solve(accepted: Accepted, library: Library, report: Report) -> dict[str, Any]:
     """Solve in a thread: an engine deep in its own code keeps no signal handler from running here."""
     limit_threads()
     answer: Future[dict[str, Any]] = Future()
@@ -50,7 +49,7 @@ def _solve(accepted: Accepted, time_limit: float, library: Library, report: Repo
             from service.solving import solve_request
 
             with watching(Reports(report), stop.is_set):
-                result = solve_request(accepted.text, accepted.request_hash, time_limit, library)
+                result = solve_request(accepted.text, accepted.request_hash, accepted.time_limit, library)
         except BaseException as error:  # it is raised again by the thread that waits
             answer.set_exception(error)
         else:

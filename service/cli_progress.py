@@ -10,6 +10,9 @@ from typing import Any
 
 from service.executor import Report
 
+SHORT = 1.0
+"""s; less is not worth a word."""
+
 
 @contextmanager
 def display() -> Iterator[Report]:
@@ -44,7 +47,9 @@ def shown(kind: str, data: dict[str, Any]) -> dict[str, Any]:
 
 
 def _stage(data: dict[str, Any]) -> dict[str, Any]:
-    return {"description": data["what"], "completed": data["done"], "detail": ""}
+    left = data.get("remaining")
+    detail = "" if left is None or left < SHORT else f"about {left:.0f} s left"
+    return {"description": data["what"], "completed": data["done"], "detail": detail}
 
 
 def _status(data: dict[str, Any]) -> dict[str, Any]:
@@ -68,6 +73,10 @@ def _start(data: dict[str, Any]) -> dict[str, Any]:
     return {"detail": f"start {data['start']}: {data['status']}, {_number(data['objective'])}"}
 
 
+def _incumbent(data: dict[str, Any]) -> dict[str, Any]:
+    return {"detail": f"best so far {data['objective']:.6g} after {data['time']:.1f} s"}
+
+
 def _bound(data: dict[str, Any]) -> dict[str, Any]:
     gap = "no gap yet" if data["gap"] is None else f"gap {100.0 * data['gap']:.2f} %"
     return {"detail": f"{gap} after {data['boxes']} boxes"}
@@ -84,4 +93,5 @@ _SHOWN: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {
     "iteration": _iteration,
     "start": _start,
     "bound": _bound,
+    "incumbent": _incumbent,
 }

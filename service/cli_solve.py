@@ -18,7 +18,12 @@ from service.strict_json import NotJson, parse
 
 BAD_REQUESTS = (400, 413, 415, 422)
 """Answers that blame the request."""
-EXITS = {"optimal": Exit.SOLVED, "feasible": Exit.CUT, "infeasible": Exit.INFEASIBLE}
+EXITS = {
+    "optimal": Exit.SOLVED,
+    "feasible": Exit.SOLVED,
+    "infeasible": Exit.INFEASIBLE,
+    "unknown": Exit.UNKNOWN,
+}
 
 
 def solve(
@@ -65,10 +70,12 @@ def _here(source: str, urdfs: Sequence[str], time_limit: float | None) -> dict[s
     """Solve in this process."""
     from service.cli_local import solve_here
 
-    settings = Settings() if time_limit is None else Settings(time_limit=time_limit)
+    settings = Settings()
+    if time_limit is not None:  # nobody else waits for this process
+        settings = Settings(max_time_limit=max(settings.max_time_limit, time_limit))
     library = library_from(settings.data_dir, urdfs)
-    accepted = accept(read(source), settings, library)
-    return solve_here(accepted, settings.time_limit + accepted.certificate_time, library)
+    accepted = accept(_limited(read(source), time_limit), settings, library)
+    return solve_here(accepted, library)
 
 
 def _there(server: str, source: str, urdfs: Sequence[str], time_limit: float | None) -> dict[str, Any]:
@@ -77,11 +84,10 @@ def _there(server: str, source: str, urdfs: Sequence[str], time_limit: float | N
 
     from service.cli_remote import Refused, solve_there
 
-    for option, given in (("--robot-urdf", bool(urdfs)), ("--time-limit", time_limit is not None)):
-        if given:
-            raise InvalidRequest([Issue("", f"{option} has no meaning for a server: it has its own. Leave it out.")])
+    if urdfs:
+        raise InvalidRequest([Issue("", "--robot-urdf has no meaning for a server: it has its own. Leave it out.")])
     try:
-        resource = solve_there(server, read(source))
+        resource = solve_there(server, _limited(read(source), time_limit))
     except Refused as error:
         if error.status in BAD_REQUESTS:
             found = [Issue(entry["pointer"], entry["detail"]) for entry in error.problem.get("errors", [])]
@@ -94,9 +100,21 @@ def _there(server: str, source: str, urdfs: Sequence[str], time_limit: float | N
     return resource
 
 
+def _limited(body: bytes, time_limit: float | None) -> bytes:
+    """A request with another time limit [s], if one is given.
+
+    Raises:
+        NotJson: it is no JSON document.
+    """
+    if time_limit is None:
+        return body
+    document = parse(body)
+    return json.dumps({**document, "time_limit": time_limit}).encode() if isinstance(document, dict) else body
+
+
 def exit_code(result: dict[str, Any]) -> int:
-    """What a result means; one without a layout because time ran out says nothing about feasibility."""
-    cut = any(reason["kind"] == "limit_reached" for reason in result["reasons"])
+    """What a result means; a layout that is all that the time allowed for has a code of its own."""
+    cut = result["outcome"] == "feasible" and result["search"].get("ended") is False
     return Exit.CUT if cut else EXITS[result["outcome"]]
 
 

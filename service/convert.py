@@ -16,7 +16,7 @@ from service.convert_task import task_of, with_grasps
 from service.issues import Issues
 from service.library import Library
 from service.schemas.evaluate import EvaluateRequest
-from service.schemas.request import LayoutRequest
+from service.schemas.request import Certificate, LayoutRequest
 
 
 def cell_of(request: LayoutRequest, library: Library | None = None) -> Cell:
@@ -85,11 +85,13 @@ def joints_of(request: EvaluateRequest, cell: Cell) -> list[Floats | None]:
 
 
 def settings_of(request: LayoutRequest, time_limit: float) -> Settings:
-    """What the optimizer is told about the way; ``time_limit`` [s] is the service's, not the user's."""
-    certificate, tolerance = request.certificate, request.tolerance
+    """What the optimizer is told about the way; ``time_limit`` [s] holds where the request has none."""
+    tolerance, certificate = request.tolerance, request.certificate
     return Settings(
-        time_limit=time_limit,
-        certificate=None if certificate is None else CertificateSettings(certificate.gap, certificate.time_limit),
+        time_limit=time_limit if request.time_limit is None else request.time_limit,
+        certificate=CertificateSettings(certificate.gap, certificate.time_limit)
+        if isinstance(certificate, Certificate)
+        else certificate,
         baselines=tuple(request.baselines),
         alternatives=request.alternatives,
         tolerance=None if tolerance is None else ToleranceSettings(tolerance.position, tolerance.angle),

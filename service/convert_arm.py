@@ -62,6 +62,7 @@ def arm_of(arm: Arm, pointer: str, robots: Mapping[str, Robot], issues: Issues) 
         posture=posture,
         min_conditioning=arm.min_conditioning,
         mount=rotation_from_rpy([arm.mount.roll, arm.mount.pitch, 0.0]),
+        avoid_singularities=arm.singularities == "avoid",
     )
 
 

@@ -64,7 +64,7 @@ def main(arguments: list[str] | None = None) -> int:
     report(console, resource)
     write_figure(resource, RESULTS / "layout.svg")
     say_where_next(console, request_file)
-    return 0 if resource["result"]["outcome"] != "infeasible" else 1
+    return 0 if resource["result"]["outcome"] in ("optimal", "feasible") else 1
 
 
 @contextmanager

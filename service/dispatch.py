@@ -34,7 +34,7 @@ class Rules:
 
     Attributes:
         workers: at the same time. max_attempts: of a job.
-        time_limit: s, soft limit of a run without its certificate.
+        time_limit: s, soft limit of a run without its certificate, where the job has none.
         grace: s beyond all soft limits before a solve is told to stop.
     """
 
@@ -227,8 +227,9 @@ class Dispatcher:
 
     async def _solve(self, active: Active) -> Ending:
         job, rules = active.job, self._rules
-        limit = rules.time_limit + job.certificate_time
-        task = Task(job.request, job.request_hash, limit, limit * job.runs + rules.grace)  # every run has its own limit
+        limit = rules.time_limit if job.time_limit is None else job.time_limit
+        most = (limit + job.certificate_time) * job.runs + rules.grace  # every run has its own limit
+        task = Task(job.request, job.request_hash, limit, most)
 
         def note(kind: str, data: str) -> None:
             metrics.reported(kind, data)
@@ -243,7 +244,7 @@ class Dispatcher:
         finally:
             active.solving = None
         self._seconds.append(time.monotonic() - began)
-        return Ending(JobStatus.SUCCEEDED, answer.text, answer.outcome, answer.objective)
+        return Ending(JobStatus.SUCCEEDED, answer.text, answer.outcome, answer.objective, answer.version)
 
     async def _again(self, active: Active, why: Ending) -> bool:
         """Back into the queue: before all others if its worker died, for another process if this one ends.

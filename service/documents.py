@@ -8,6 +8,7 @@ from typing import Any
 
 from models.arrays import Floats
 from models.pose import quaternion_from_rotation
+from optimizer.events import Incumbent
 from optimizer.findings import Alternative
 from optimizer.layout import (
     ArmCertificate,
@@ -40,6 +41,8 @@ def result_document(layout: Layout, request_hash: str) -> dict[str, Any]:
             "starts": layout.search.starts,
             "basins": layout.search.basins,
             "wall_time": layout.search.wall_time,
+            "ended": layout.search.ended,
+            "first_feasible_time": finite(layout.search.first_feasible_time),
         },
         "certificate": _certificate(layout.certificate),
         "baselines": [_baseline(baseline) for baseline in layout.baselines],
@@ -55,6 +58,23 @@ def result_document(layout: Layout, request_hash: str) -> dict[str, Any]:
 
 def _numbers(values: Iterable[float]) -> list[float | None]:
     return [finite(value) for value in values]
+
+
+def incumbent_document(incumbent: Incumbent) -> dict[str, Any]:
+    """The data of an event: a layout as in the result, without what its joints do."""
+    return {
+        "objective": finite(incumbent.objective),
+        "time": incumbent.time,
+        "arms": [
+            {
+                "name": arm.name,
+                "base": _base(arm.position, arm.yaw, arm.mount),
+                "posture": arm.posture,
+                "objective": finite(arm.objective),
+            }
+            for arm in incumbent.arms
+        ],
+    }
 
 
 def _base(position: Iterable[float], yaw: float, mount: Floats) -> dict[str, Any]:
@@ -78,6 +98,7 @@ def _placement(placement: Placement) -> dict[str, Any]:
         "minimum_conditioning": finite(placement.minimum_conditioning),
         "characteristic_length": finite(placement.characteristic_length),
         "singularity_distances": {name: finite(value) for name, value in placement.singularity_distances.items()},
+        "singularities": "avoid" if placement.avoids_singularities else "allow",
         "geometry": placement.geometry,
     }
 
@@ -114,9 +135,10 @@ def _reason(reason: Reason) -> dict[str, Any]:
 
 
 def _certificate(certificate: Certificate | None) -> dict[str, Any] | None:
-    return (
-        None if certificate is None else {**_proof(certificate), "arms": [_arm_proof(arm) for arm in certificate.arms]}
-    )
+    if certificate is None:
+        return None
+    arms = [_arm_proof(arm) for arm in certificate.arms]
+    return {**_proof(certificate), "ended": certificate.ended, "arms": arms}
 
 
 def _arm_proof(certificate: ArmCertificate) -> dict[str, Any]:

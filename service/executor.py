@@ -18,7 +18,8 @@ class Task:
 
     Attributes:
         text: JSON of an accepted request. request_hash: of that request.
-        time_limit: s, soft limit of one run of the optimizer, which then answers with the best it has.
+        time_limit: s, soft limit of one run of the optimizer where the request has none; it then answers with the best
+            it has. The time of a certificate comes on top.
         stop_after: s after which the solve is told to stop, and killed if it does not.
     """
 

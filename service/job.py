@@ -40,6 +40,7 @@ class Ending:
     Attributes:
         status: a final one.
         result: JSON of the result if it succeeded. outcome, objective: of the result.
+        version: of the program that made it.
         failure: why there is none.
     """
 
@@ -47,6 +48,7 @@ class Ending:
     result: str | None = None
     outcome: str | None = None
     objective: float | None = None
+    version: str | None = None
     failure: Failure | None = None
 
 
@@ -61,11 +63,12 @@ class Job:
         status: where it is.
         request: JSON of the accepted request; "" where only the head of a job was asked for.
         request_hash: of that request.
-        certificate_time: s that it asks for a proof. runs: searches that it asks for.
+        time_limit: s for the search; None in jobs of older versions. certificate_time: s for a proof that come on top.
+        runs: searches that it asks for.
         revision: number of this state, from 1.
         attempts: how often it was taken up by a worker.
         result: JSON of the result once it succeeded; None also where only the head was asked for.
-        outcome, objective: of the result.
+        outcome, objective, version: of the result, and of the program that made it.
         failure: why it failed.
     """
 
@@ -76,6 +79,7 @@ class Job:
     created_at: datetime
     request: str
     request_hash: str
+    time_limit: float | None = None
     certificate_time: float = 0.0
     runs: int = 1
     revision: int = 1
@@ -85,6 +89,7 @@ class Job:
     result: str | None = None
     outcome: str | None = None
     objective: float | None = None
+    version: str | None = None
     failure: Failure | None = None
 
     @property

@@ -299,6 +299,7 @@ def _new_job(accepted: Accepted, client: str) -> Job:
         created_at=datetime.now(UTC),
         request=accepted.text,
         request_hash=accepted.request_hash,
+        time_limit=accepted.time_limit,
         certificate_time=accepted.certificate_time,
         runs=accepted.runs,
     )

@@ -8,7 +8,7 @@ from service.amounts import CODE
 from service.issues import InvalidRequest, Issue, pointer_of
 from service.schemas.arm import Arm, DhTable
 from service.schemas.coupling import Direction, Distance, Mirror, Rail
-from service.schemas.request import LayoutRequest
+from service.schemas.request import Certificate, LayoutRequest
 from service.schemas.task import ArcByCenter, ArcByRadius, ArcTask, PosesTask, Task
 from service.settings import Limits
 
@@ -20,17 +20,27 @@ def check_sizes(request: LayoutRequest, limits: Limits) -> None:
         InvalidRequest: with one issue per number.
     """
     found = [*_far(request, limits), *_wide(request, limits)]
-    if request.certificate is not None and request.certificate.time_limit > limits.max_certificate_time:
-        found.append(
-            Issue(
-                "/certificate/time_limit",
-                f"{request.certificate.time_limit:g} s are too long; allowed are {limits.max_certificate_time:g} s "
-                "(DUOCELL_MAX_CERTIFICATE_TIME). Ask for less time or a larger gap.",
-                CODE,
-            )
-        )
+    found += _long(request, limits)
     if found:
         raise InvalidRequest(found)
+
+
+def _long(request: LayoutRequest, limits: Limits) -> Iterator[Issue]:
+    """Times beyond the limit; the default of the service is always allowed."""
+    longest = max(limits.max_time_limit, limits.time_limit)
+    if request.time_limit is not None and request.time_limit > longest:
+        detail = (
+            f"{request.time_limit:g} s are too long; allowed are {longest:g} s (DUOCELL_MAX_TIME_LIMIT). Ask for less "
+            "time, or leave it out."
+        )
+        yield Issue("/time_limit", detail, CODE)
+    certificate = request.certificate
+    if isinstance(certificate, Certificate) and certificate.time_limit > limits.max_certificate_time:
+        detail = (
+            f"{certificate.time_limit:g} s are too long; allowed are {limits.max_certificate_time:g} s "
+            "(DUOCELL_MAX_CERTIFICATE_TIME). Ask for less time or a larger gap."
+        )
+        yield Issue("/certificate/time_limit", detail, CODE)
 
 
 def _far(request: LayoutRequest, limits: Limits) -> Iterator[Issue]:

@@ -9,7 +9,8 @@ from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
-from optimizer.events import Bounded, Event, Iterated
+from optimizer.events import Bounded, Event, Incumbent, Iterated
+from service.documents import incumbent_document
 
 FREQUENT = (Bounded, Iterated)
 """Events of which not every one matters: the next one says more."""
@@ -54,6 +55,8 @@ class Reports:
 
 def text_of(event: Event) -> str:
     """JSON of an event's data; what JSON cannot hold becomes null."""
+    if isinstance(event, Incumbent):
+        return json.dumps(incumbent_document(event), ensure_ascii=False)
     return json.dumps({name: _plain(value) for name, value in asdict(event).items()}, ensure_ascii=False)
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from service.accept import Accepted
 from service.job import Job, JobStatus
+from service.older_results import completed
 
 
 def layout_text(job: Job) -> str:
@@ -19,7 +20,7 @@ def layout_text(job: Job) -> str:
         else json.dumps({"code": job.failure.code, "detail": job.failure.detail}, ensure_ascii=False)
     )
     fields["request"] = job.request
-    fields["result"] = job.result or "null"
+    fields["result"] = "null" if job.result is None else completed(job.result)
     return "{" + ",".join(f'"{name}":{text}' for name, text in fields.items()) + "}"
 
 
@@ -36,7 +37,7 @@ def solved_here(accepted: Accepted, result: dict[str, Any], created: datetime) -
 
 def summary(job: Job) -> dict[str, Any]:
     """A layout in a list."""
-    return {**_head(job), "outcome": job.outcome, "objective": job.objective, "href": href(job)}
+    return {**_head(job), "outcome": job.outcome, "objective": job.objective, "version": job.version, "href": href(job)}
 
 
 def href(job: Job) -> str:

@@ -32,6 +32,8 @@ class Limits(BaseSettings):
     max_polygons: int = Field(default=50, ge=0, description="forbidden polygons of the floor")
     max_corners: int = Field(default=100, ge=3, description="corners of a polygon")
     max_couplings: int = Field(default=50, ge=0, description="couplings of a cell")
+    time_limit: float = Field(default=60.0, gt=0.0, description="s, soft limit of a solve whose request has none")
+    max_time_limit: float = Field(default=600.0, gt=0.0, description="s, time_limit")
     max_certificate_time: float = Field(default=600.0, gt=0.0, description="s, certificate.time_limit")
     max_upload: int = Field(default=50_000_000, gt=0, description="bytes of an upload of a robot or a mesh")
     max_uploads: int = Field(default=4, ge=1, description="uploads that are read at the same time, or wait for it")
@@ -92,7 +94,7 @@ class Logging(BaseSettings):
 class Settings(Limits, Access, Logging):
     """Everything that can be set from outside.
 
-    ``time_limit`` is soft: the optimizer returns the best point so far. A solve that has not answered ``grace`` seconds
+    A time limit is soft: the optimizer returns the best point so far. A solve that has not answered ``grace`` seconds
     after every soft limit has passed is told to stop, and its worker is killed if it does not.
     """
 
@@ -103,7 +105,6 @@ class Settings(Limits, Access, Logging):
     database_url: SecretStr | None = Field(
         default=None, description="PostgreSQL, postgresql://user:password@host/name; left out: SQLite in the data_dir"
     )
-    time_limit: float = Field(default=60.0, gt=0.0, description="s, soft limit of one solve without its certificate")
     evaluate_limit: float = Field(default=20.0, gt=0.0, description="s before an evaluation is given up")
     max_evaluations: int = Field(default=16, ge=1, description="evaluations at the same time, waiting ones included")
     grace: float = Field(default=10.0, gt=0.0, description="s beyond the soft limits before a solve is stopped")

@@ -40,7 +40,7 @@ def solve_request(
     Args:
         text: an accepted request.
         request_hash: of that request.
-        time_limit: s, soft limit of the whole solve.
+        time_limit: s, soft limit of search, automatic proof and checks, where the request has none.
         library: what users brought; it has to know what was deleted since the request was accepted.
 
     Raises:

@@ -40,6 +40,7 @@ class Answer(NamedTuple):
         text: JSON of the result, or None if there is none.
         outcome: its outcome.
         objective: its objective.
+        version: of the program that made it.
         code: stable name of the failure, or "".
         detail: sentence about the failure.
     """
@@ -47,6 +48,7 @@ class Answer(NamedTuple):
     text: str | None
     outcome: str | None = None
     objective: float | None = None
+    version: str | None = None
     code: str = ""
     detail: str = ""
 
@@ -154,7 +156,8 @@ def _answer(work: Callable[[], dict[str, Any]]) -> Answer:
     """The result of some work, or why there is none."""
     try:
         result = work()
-        return Answer(json.dumps(result, allow_nan=False), result["outcome"], result["objective"])
+        text = json.dumps(result, allow_nan=False)
+        return Answer(text, result["outcome"], result["objective"], result["version"])
     except Cancelled:
         return Answer(None, code=STOPPED, detail="The solve was told to stop.")
     except DuocellError as error:

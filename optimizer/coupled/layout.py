@@ -10,7 +10,7 @@ from optimizer.coupled.scene import Scene
 from optimizer.coupled.search import CoupledSearch
 from optimizer.layout import Certificate, Layout, Outcome
 from optimizer.measure import jobs_of
-from optimizer.prove import relative_gap
+from optimizer.prove import against
 from optimizer.reasons import name_jobs
 from optimizer.verify import check, summarise
 
@@ -23,45 +23,44 @@ def coupled_layout(cell: Cell, alone: Layout, search: CoupledSearch, most_altern
         most_alternatives: how many other layouts to report at most.
 
     Returns:
-        ``alone`` with the coupled answer in place of the arms' own. An infeasible cell keeps the placements of the
-        least violating layout, with the clearances that it has.
+        ``alone`` with the coupled answer in place of the arms' own. A cell without a usable layout keeps the placements
+        of the least violating one, with the clearances that it has.
     """
     shown = search.best or search.nearest
     reasons = search.reasons
+    if search.best is None and not reasons and alone.certificate is not None:
+        reasons = alone.certificate.reasons
     if search.best is None and not reasons:
         reasons = explain(Scene.of(cell), search.nearest, search.starts)
     placements = alone.placements if shown is None else placements_of(cell, shown)
     verification = alone.verification
     if shown is not None:
         verification = summarise([check(cell, arm, p) for arm, p in zip(cell.arms, shown.points, strict=True)])
-    certificate = None if alone.certificate is None else _against(alone.certificate, search)
-    outcome = Outcome.INFEASIBLE
-    if search.best is not None:
-        outcome = Outcome.OPTIMAL if search.finished and alone.outcome is Outcome.OPTIMAL else Outcome.FEASIBLE
+    usable = search.best is not None
+    objective = None if search.best is None else search.best.objective
+    certificate = None if alone.certificate is None else against(alone.certificate, objective)
     return replace(
         alone,
-        outcome=outcome,
-        objective=None if search.best is None else search.best.objective,
+        outcome=Outcome.of(usable=usable, proved=_proved(certificate, search)),
+        objective=objective,
         placements=placements,
         reasons=name_jobs(cell.task, reasons),
-        proved=search.proved or (certificate is not None and certificate.proved and search.best is not None),
         search=replace(
             alone.search,
             candidates=alone.search.candidates + search.candidates,
             starts=alone.search.starts + search.starts,
             basins=max(alone.search.basins, len(search.found)),
+            ended=alone.search.ended and search.finished,
         ),
         verification=verification,
         certificate=certificate,
         clearances=() if shown is None else clearances_of(shown),
         alternatives=alternatives(cell, search.found, most_alternatives),
-        jobs=jobs_of(cell, () if search.best is None else placements),
+        jobs=jobs_of(cell, placements if usable else ()),
     )
 
 
-def _against(certificate: Certificate, search: CoupledSearch) -> Certificate:
-    """The arms' own bounds, whose sum bounds the coupled cell too, against the coupled answer."""
-    if search.best is None or certificate.lower_bound is None:
-        return replace(certificate, gap=None, proved=False)
-    gap = relative_gap(search.best.objective, certificate.lower_bound)
-    return replace(certificate, gap=gap, proved=gap <= certificate.wanted)
+def _proved(certificate: Certificate | None, search: CoupledSearch) -> bool:
+    """Whether it is certain that the best layout is the best of all, or that there is none."""
+    by_proof = certificate is not None and certificate.proved
+    return by_proof or (search.best is None and search.proved)

@@ -20,6 +20,7 @@ from optimizer.coupled.scene import LIMITS, Scene
 from optimizer.events import Started
 from optimizer.layout import Reason
 from optimizer.program import ArmPoint
+from optimizer.progress.incumbents import layout_found
 from optimizer.reduced import ReducedProblem
 from optimizer.search import ArmSearch
 from optimizer.settings import Settings
@@ -224,6 +225,7 @@ def _keep(search: CoupledSearch, refined: Refined) -> bool:
         if search.nearest is None or refined.lack < search.nearest.lack:
             search.nearest = refined
         return False
+    layout_found(refined.points, refined.objective)
     for other in search.found:
         if _same(refined, other):
             search.hits += other is search.found[0]

@@ -88,7 +88,7 @@ def as_given(cell: Cell, arm: Arm, joints: Floats) -> Choice:
 def choices(cell: Cell, arm: Arm) -> Choice:
     """The paths of an arm with a fixed base: one per posture where it has postures."""
     problem = reduced_problem(cell, arm)
-    return Choice((_general(cell, arm),), False) if problem is None else _reduced(cell, problem)
+    return _general(cell, arm) if problem is None else _reduced(cell, problem)
 
 
 def _reduced(cell: Cell, problem: ReducedProblem) -> Choice:
@@ -126,7 +126,7 @@ def _nearest(cell: Cell, problem: ReducedProblem, paths: Paths, k: int) -> Stand
     return Standing(arm, None, None, np.inf, reasons, len(ALL_SIGNS))
 
 
-def _general(cell: Cell, arm: Arm) -> Standing:
+def _general(cell: Cell, arm: Arm) -> Choice:
     """The cheapest path through the branches; what its samples of a redundant arm leave is got by a local solve.
 
     Where that ends in nothing usable, the search of an arm with a fixed base has the last word.
@@ -134,7 +134,7 @@ def _general(cell: Cell, arm: Arm) -> Standing:
     deadline = time.perf_counter() + SEARCHING
     path = best_path(cell, arm, *_place(arm))
     if path.unreached and arm.dof <= 6:  # all branches are known
-        return Standing(arm, None, None, np.inf, explain_general(cell, arm, [path]), 1)
+        return Choice((Standing(arm, None, None, np.inf, explain_general(cell, arm, [path]), 1),), True)
     found = []
     if not path.unreached:
         point = ArmPoint(path.position, path.yaw, path.joints, path.signs)
@@ -146,10 +146,11 @@ def _general(cell: Cell, arm: Arm) -> Standing:
     if not any(one.point is not None and not one.reasons for one in found):
         searched = search_arm(cell, arm, Settings(), deadline)
         if searched.best is not None:
-            return _judged(cell, arm, searched.best, searched.candidates)
-        if not found:
-            return Standing(arm, None, None, np.inf, searched.reasons, searched.candidates)
-    return min(found, key=lambda one: (bool(one.reasons), one.objective))
+            return Choice((_judged(cell, arm, searched.best, searched.candidates),), False)
+        if searched.proved or not found:
+            nothing = Standing(arm, None, None, np.inf, searched.reasons, searched.candidates)
+            return Choice((nothing,), searched.proved)
+    return Choice((min(found, key=lambda one: (bool(one.reasons), one.objective)),), False)
 
 
 def _place(arm: Arm) -> tuple[Floats, float]:

@@ -40,8 +40,10 @@ async def follow_layout(layout_id: str, request: Request, state: StateOf) -> Res
     """Events since the beginning, or since that of `Last-Event-ID`, and then as they happen.
 
     `status`: queued or running, with the number of the attempt. `stage`, `screening`, `start`, `iteration`, `bound`,
-    `verification`: what the solve does. `done`: the last one, with status and outcome. The data of each is a JSON
-    object with the time `at`; the id of each rises. A stream that ends without `done` can be resumed.
+    `verification`: what the solve does; `stage` also how far it is and about how long it still takes. `incumbent`: a
+    usable layout of the whole cell that is better than all before. `done`: the last one, with status and outcome. The
+    data of each is a JSON object with the time `at`; the id of each rises. A stream that ends without `done` can be
+    resumed.
     """
     job = await state.jobs.get(layout_id) if is_job_id(layout_id) else None
     if job is None:

@@ -179,6 +179,13 @@ class Arm(Strict):
         examples=[0.05],
     )
 
+    singularities: Literal["avoid", "allow"] = Field(
+        default="avoid",
+        description="avoid: a pose at which the wrist is within 0.001 rad of its singularity is not usable, for no "
+        "controller follows a path there; allow: it is.",
+        examples=["avoid"],
+    )
+
     @property
     def robot_key(self) -> str | None:
         """What the robot is looked up by among those of users: its name, with the version if one is named."""

@@ -46,8 +46,8 @@ class PlacedArm(Arm):
 class EvaluateRequest(LayoutRequest):
     """Score and verify a layout without optimising.
 
-    The fields are those of a request for a layout; certificate, baselines, alternatives, tolerance and explain are
-    accepted and ignored.
+    The fields are those of a request for a layout; time_limit, certificate, baselines, alternatives, tolerance
+    and explain are accepted and ignored.
     """
 
     model_config = ConfigDict(json_schema_extra={"examples": [EVALUATE_EXAMPLE]})
@@ -63,6 +63,7 @@ class Evaluation(Answer):
     name: str = Field(description="Label of the request.", examples=["line"])
     request: EvaluateRequest = Field(description="The request with every default filled in.")
     result: LayoutResult = Field(
-        description="As for a layout that was asked for: `feasible` if it breaks no rule, else `infeasible` with a "
-        "reason for every rule that it breaks. Arms that reach all poses are listed whatever else they break."
+        description="As for a layout that was asked for: `feasible` if it breaks no rule, `infeasible` with a reason "
+        "for every rule that it breaks; without joints `infeasible` only if no path from these bases keeps all rules, "
+        "and `unknown` if none was found. Arms that reach all poses are listed whatever else they break."
     )

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from math import pi
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import ConfigDict, Field, Tag
 
 from service.schemas.arm import Arm
-from service.schemas.base import Label, NotNegative, Strict
+from service.schemas.base import TAG, Choice, Label, NotNegative, Strict
 from service.schemas.coupling import Coupling
 from service.schemas.shapes import BOX, Obstacle
 from service.schemas.surroundings import Clearance, Floor, Part
@@ -56,6 +56,16 @@ class Certificate(Strict):
         examples=[0.01],
     )
     time_limit: float = Field(default=10.0, gt=0.0, description="Stop after this many seconds.", examples=[10.0])
+
+
+def _word_or_settings(value: Any) -> str:
+    return f"{TAG}settings" if isinstance(value, (dict, Certificate)) else f"{TAG}word"
+
+
+AnyCertificate = Annotated[
+    Annotated[Literal["auto"], Tag("@word")] | Annotated[Certificate, Tag("@settings")], Choice(_word_or_settings)
+]
+"""A word or how hard to prove."""
 
 
 class Tolerance(Strict):
@@ -121,8 +131,19 @@ class LayoutRequest(Strict):
         description="rad: largest change of any joint between consecutive poses, at most π.",
         examples=[1.5708],
     )
-    certificate: Certificate | None = Field(
-        default=None, description="Ask for a proof of optimality; null: none.", examples=[EXAMPLE["certificate"]]
+    time_limit: float | None = Field(
+        default=None,
+        gt=0.0,
+        description="s for search, automatic proof and checks; what is usable then is the answer. The time of a "
+        "`certificate` of its own and of `explain` comes on top. null: the default of the service, filled in when the "
+        "request is accepted.",
+        examples=[30.0],
+    )
+    certificate: AnyCertificate | None = Field(
+        default="auto",
+        description="How hard to prove that no layout scores better, or that there is none. auto: to 0.1 %, with about "
+        "the effort that the search takes, counted in boxes, not in time; or a gap and a time limit; null: not at all.",
+        examples=[EXAMPLE["certificate"]],
     )
     baselines: list[Baseline] = Field(
         default=[],
@@ -140,7 +161,7 @@ class LayoutRequest(Strict):
     )
     explain: bool = Field(
         default=False,
-        description="Find out what blocks a cell that turns out infeasible, and what would help; takes up to the time "
-        "of the solve again.",
+        description="Find out what blocks a cell without a layout, and what would help; takes up to the time limit "
+        "again.",
         examples=[False],
     )

@@ -49,6 +49,10 @@ class LayoutSummary(_Head):
 
     outcome: str | None = Field(description="Of the result, if there is one.", examples=["optimal"])
     objective: float | None = Field(description="Of the result, if there is one.", examples=[155.2])
+    version: str | None = Field(
+        description="Version of the program that made the result, if there is one; what `outcome` means depends on it.",
+        examples=["0.1.0"],
+    )
     href: str = Field(description="Address of the whole resource.", examples=[f"/v1/layouts/{_ID}"])
 
 

@@ -53,6 +53,11 @@ class ArmResult(Answer):
         "empty for robots without a closed form.",
         examples=[{"elbow": 0.8, "wrist": 0.4, "shoulder": 0.2}],
     )
+    singularities: Literal["avoid", "allow"] | None = Field(
+        description="Whether poses at a singularity of the wrist were refused; null in results of versions that knew "
+        "no such rule.",
+        examples=["avoid"],
+    )
     geometry: Literal["mesh", "cited", "estimated"] = Field(
         description="Where the shape of its links comes from: the maker's collision meshes, measurements with a "
         "source, or a rule of thumb from its reach. It matters for clearances only.",
@@ -65,8 +70,8 @@ class Reason(Answer):
 
     arm: str = Field(description="Its name; empty where no arm is to blame.", examples=["main"])
     kind: str = Field(
-        description="out_of_reach, joint_limit, joint_step, posture, conditioning, singularity, limit_reached, floor, "
-        "coupling, collision, pose_error.",
+        description="out_of_reach, joint_limit, joint_step, posture, conditioning, singularity, limit_reached, "
+        "not_found, floor, coupling, collision, pose_error.",
         examples=["out_of_reach"],
     )
     poses: list[int] = Field(description="Poses concerned, counted from 0.", examples=[[7, 8, 9]])
@@ -86,6 +91,16 @@ class Search(Answer):
     starts: int = Field(description="Local optimisations run.", examples=[12])
     basins: int = Field(description="Distinct local optima found.", examples=[3])
     wall_time: float = Field(description="s.", examples=[0.05])
+    ended: bool | None = Field(
+        description="false: the time limit cut the search, or the automatic proof, before it was through; null in "
+        "results of versions that did not tell.",
+        examples=[True],
+    )
+    first_feasible_time: float | None = Field(
+        description="s from the start to the first usable layout of the whole cell; null without one, and in results "
+        "of versions that did not tell.",
+        examples=[0.04],
+    )
 
 
 class ArmCertificate(Answer):
@@ -104,13 +119,16 @@ class ArmCertificate(Answer):
 
 
 class CertificateResult(Answer):
-    """Proof for the cell; its bound is the sum of those of the arms."""
+    """Proof for the cell."""
 
     lower_bound: float | None = Field(description="No layout scores less.", examples=[154.1])
     gap: float | None = Field(description="(objective - lower_bound) / max(objective, 1e-9).", examples=[0.007])
     proved: bool = Field(description="The requested gap is reached.", examples=[True])
     boxes: int = Field(description="Boxes of base positions examined.", examples=[60536])
     wall_time: float = Field(description="s.", examples=[0.8])
+    ended: bool | None = Field(
+        description="false: a time limit cut the proof; null in results of versions that did not tell.", examples=[True]
+    )
     arms: list[ArmCertificate] = Field(description="Per arm.")
 
 
@@ -184,30 +202,37 @@ class JobResult(Answer):
 class LayoutResult(Answer):
     """The answer for a cell."""
 
-    outcome: Literal["optimal", "feasible", "infeasible"] = Field(
-        description="optimal: the search finished; feasible: a limit cut it, the point is usable; infeasible: see "
-        "reasons.",
+    outcome: Literal["optimal", "feasible", "infeasible", "unknown"] = Field(
+        description="optimal: proved to be the best within the gap of the certificate; feasible: usable, and how far "
+        "from the best is known as far as the certificate says; infeasible: proved that there is no layout, see "
+        "reasons; unknown: nothing usable found and nothing proved, see reasons. Of versions that do not tell "
+        "`search.ended`: optimal was said of every search that ended, infeasible of every one that found nothing.",
         examples=["optimal"],
     )
     objective: float | None = Field(
-        description="E = Σ_arms Σ_j Σ_i w_i (q_ij - q*_i)², each pose j times the weight of its job; null if an arm "
-        "has no placement.",
+        description="E = Σ_arms Σ_j Σ_i w_i (q_ij - q*_i)², each pose j times the weight of its job; null without a "
+        "usable layout.",
         examples=[155.2],
     )
     jobs: list[JobResult] = Field(description="The jobs in the order of the request; one for a plain task.")
-    arms: list[ArmResult] = Field(description="Placements of the arms that work, in the order of the request.")
-    reasons: list[Reason] = Field(description="Why not, for those that do not.", examples=[[]])
+    arms: list[ArmResult] = Field(
+        description="Placements of the arms that work, in the order of the request; without a layout also the nearest "
+        "that was seen, and `reasons` say what it breaks."
+    )
+    reasons: list[Reason] = Field(description="Why there is no layout, and what stopped the search.", examples=[[]])
     proved: bool = Field(
-        description="True only with a proof, of optimality to the gap or of infeasibility.", examples=[True]
+        description="True only with a proof, of optimality to the gap or of infeasibility: with the words optimal and "
+        "infeasible.",
+        examples=[True],
     )
     search: Search = Field(description="What the search did.")
-    certificate: CertificateResult | None = Field(description="The proof, if asked for.")
+    certificate: CertificateResult | None = Field(description="The proof, as far as it got; null: not tried.")
     baselines: list[BaselineResult] = Field(description="Methods of the literature, if asked for.", examples=[[]])
     clearances: Clearances = Field(description="What every class of pairs keeps along the whole path.")
     alternatives: list[AlternativeResult] = Field(description="Other layouts, best first, if asked for.", examples=[[]])
     tolerance: ToleranceResult | None = Field(description="What installation errors leave, if asked for.")
     explanation: ExplanationResult | None = Field(
-        description="What blocks an infeasible cell and what would help, if asked for."
+        description="What blocks a cell without a layout and what would help, if asked for."
     )
     verification: Verification | None = Field(description="Independent check; null if there is no placement.")
     version: str = Field(description="Version of the program.", examples=["0.1.0"])

@@ -54,6 +54,7 @@ END_VALUES = {
     "revision": NEXT_REVISION,
     "outcome": bindparam("new_outcome"),
     "objective": bindparam("new_objective"),
+    "version": bindparam("new_version"),
     "failure_code": bindparam("new_failure_code"),
     "failure_detail": bindparam("new_failure_detail"),
     "result": bindparam("new_result"),
@@ -136,6 +137,7 @@ def _end(ending: Ending) -> dict[str, Any]:
         "new_result": ending.result,
         "new_outcome": ending.outcome,
         "new_objective": ending.objective,
+        "new_version": ending.version,
         "new_failure_code": None if failure is None else failure.code,
         "new_failure_detail": None if failure is None else failure.detail,
     }

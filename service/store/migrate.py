@@ -12,7 +12,7 @@ from service.store.job_store import StoreUnavailable
 if TYPE_CHECKING:
     from alembic.config import Config
 
-HEAD = "0002"
+HEAD = "0003"
 """The newest revision of the tables; named here so that an up-to-date store opens without loading Alembic."""
 
 

@@ -21,6 +21,7 @@ def values_of(job: Job, key: str | None, body_hash: str) -> dict[str, Any]:
         "attempts": job.attempts,
         "created_at": job.created_at,
         "started_at": job.started_at,
+        "time_limit": job.time_limit,
         "certificate_time": job.certificate_time,
         "runs": job.runs,
         "idempotency_key": key,
@@ -49,6 +50,7 @@ def _job(row: JobRow | Row[Any], request: str, result: str | None) -> Job:
         created_at=row.created_at,
         request=request,
         request_hash=row.request_hash,
+        time_limit=row.time_limit,
         certificate_time=row.certificate_time,
         runs=row.runs,
         revision=row.revision,
@@ -58,5 +60,6 @@ def _job(row: JobRow | Row[Any], request: str, result: str | None) -> Job:
         result=result,
         outcome=row.outcome,
         objective=row.objective,
+        version=row.version,
         failure=None if row.failure_code is None else Failure(row.failure_code, row.failure_detail or ""),
     )

@@ -60,8 +60,10 @@ class JobRow(Base):
     finished_at: Mapped[datetime | None] = mapped_column(UtcTime)
     outcome: Mapped[str | None] = mapped_column(String(16))
     objective: Mapped[float | None]
+    version: Mapped[str | None] = mapped_column(String(64))
     failure_code: Mapped[str | None] = mapped_column(String(64))
     failure_detail: Mapped[str | None] = mapped_column(Text)
+    time_limit: Mapped[float | None]
     certificate_time: Mapped[float]
     runs: Mapped[int]
     idempotency_key: Mapped[str | None] = mapped_column(String(255))

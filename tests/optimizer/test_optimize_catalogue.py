@@ -10,9 +10,8 @@ from models.cell import Cell
 from models.kinematics import flange_poses, reach
 from models.pose import rotation_z, transform
 from models.task import line
-from optimizer.layout import Outcome
 from optimizer.optimize import optimize
-from tests.support.answers import assert_sound
+from tests.support.answers import assert_ended, assert_sound
 from tests.support.arms import make_arm, region
 from tests.support.tasks import possible
 
@@ -43,14 +42,14 @@ def along_a_line(names: tuple[str, ...], count: int = 10) -> Cell:
 def test_a_straight_line(name):
     cell = along_a_line((name,))
     layout = optimize(cell)
-    assert layout.outcome is Outcome.OPTIMAL
+    assert_ended(layout)
     assert_sound(cell, layout)
 
 
 def test_a_straight_line_with_a_mixed_pair():
     cell = along_a_line(("ur10e", "iiwa14"))
     layout = optimize(cell)
-    assert layout.outcome is Outcome.OPTIMAL
+    assert_ended(layout)
     assert_sound(cell, layout)
     assert [placement.posture is None for placement in layout.placements] == [False, True]
 
@@ -60,7 +59,7 @@ def test_every_arm(name):
     """A task built from joint values of its own, a base that may move and turn a little."""
     task = possible(name, np.random.default_rng(1), poses=3, step=0.08, half=(0.1, 0.0, 0.0, 0.3))
     layout = optimize(task.cell)
-    assert layout.outcome is Outcome.OPTIMAL
+    assert_ended(layout)
     assert_sound(task.cell, layout)
     witness = float(np.sum(task.arm.weights * (task.joints - task.arm.reference) ** 2))
     assert layout.objective <= witness + 1e-9

@@ -14,7 +14,7 @@ from models.kinematics import flange_poses, reach
 from models.pose import transform
 from models.posture import Posture
 from models.task import Task
-from optimizer.layout import Layout, Outcome, Reason
+from optimizer.layout import Layout, Reason
 from optimizer.optimize import optimize
 from tests.support.arms import make_arm, region
 from tests.support.tasks import Possible, possible
@@ -23,13 +23,16 @@ KINDS = {"out_of_reach", "joint_limit", "joint_step", "posture", "conditioning",
 
 
 def why(cell: Cell) -> tuple[Layout, tuple[Reason, ...]]:
-    """The layout of a cell that is impossible, and its reasons, which are well formed."""
+    """The layout of a cell that is impossible, and the reasons of its arms, which are well formed."""
     layout = optimize(cell)
-    assert layout.outcome is Outcome.INFEASIBLE
+    assert not layout.usable
     assert layout.objective is None
-    assert layout.reasons
+    stopped = [reason.kind for reason in layout.reasons if not reason.arm]
+    assert stopped == ([] if layout.proved else ["not_found"])
+    reasons = tuple(reason for reason in layout.reasons if reason.arm)
+    assert reasons
     names = {arm.name: arm.robot.joint_names for arm in cell.arms}
-    for reason in layout.reasons:
+    for reason in reasons:
         assert reason.kind in KINDS
         assert reason.arm in names
         assert reason.detail.startswith(reason.arm)
@@ -39,7 +42,7 @@ def why(cell: Cell) -> tuple[Layout, tuple[Reason, ...]]:
         without_unit = reason.amount is None or reason.kind == "conditioning"
         assert (reason.unit == "") == without_unit
         assert reason.amount is None or reason.amount > 0.0
-    return layout, layout.reasons
+    return layout, reasons
 
 
 def standing(name: str, seed: int = 0, **given) -> Possible:
@@ -149,7 +152,7 @@ def test_a_posture_that_the_limits_rule_out_is_told(name):
     assert {reason.kind for reason in reasons} <= {"joint_limit", "posture"}
     assert {j for reason in reasons for j in reason.poses} in (set(), set(range(len(task.cell.task))))
     assert any("posture" in reason.detail or reason.joint for reason in reasons)
-    assert optimize(with_arm(task, posture=signs, lower=low, upper=high)).outcome is Outcome.OPTIMAL
+    assert optimize(with_arm(task, posture=signs, lower=low, upper=high)).usable
 
 
 def test_a_path_through_a_wrist_singularity_jumps_where_it_is_said_to():

@@ -102,7 +102,7 @@ def test_a_baseline_can_be_stopped():
     stages: list[Event] = []
 
     def stop() -> bool:
-        return bool(stages) and stages[-1] == Stage("baseline exterior-penalty", 1.0)
+        return bool(stages) and isinstance(stages[-1], Stage) and stages[-1].what.startswith("baseline")
 
     with pytest.raises(Cancelled), watching(stages.append, stop):
         optimize(cell(), Settings(baselines=("exterior-penalty",)))

@@ -44,7 +44,6 @@ def made_up_layout(request: LayoutRequest) -> Layout:
         objective=1.5 * len(placements),
         placements=placements,
         reasons=(),
-        proved=False,
         search=Search(8, 1, 1, 0.0),
         verification=Verification(0.0, 0.0, 0.0, True),
     )
@@ -92,7 +91,7 @@ class FakeExecutor:
         if self.failure is not None:
             raise self.failure
         result = result_document(made_up_layout(request), request_hash)
-        return Answer(json.dumps(result), result["outcome"], result["objective"])
+        return Answer(json.dumps(result), result["outcome"], result["objective"], result["version"])
 
     async def self_test(self) -> None:
         if self.unwell is not None:

@@ -16,6 +16,7 @@ import pytest
 from models.meshes import Mesh, convex_pieces
 from models.shapes import ConvexHull
 from service.cli import main
+from service.cli_solve import exit_code
 from service.library import Library
 from service.robot_intake import RobotFiles, robot_from_files
 from service.settings import Limits
@@ -95,7 +96,7 @@ def test_solve_reads_standard_input_and_writes_standard_output(small: Document) 
         [*COMMAND, "solve", "-", "-o", "-"], input=json.dumps(small), cwd=REPOSITORY, capture_output=True, text=True
     )
     assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout)["result"]["outcome"] == "optimal"
+    assert json.loads(done.stdout)["result"]["outcome"] == "feasible"  # no proof is tried
     assert "Placements" in done.stderr
 
 
@@ -299,8 +300,26 @@ def test_an_interrupt_is_130(tmp_path: Path, example: Document) -> None:
     assert complaint.endswith(b"interrupted\n")
 
 
-def test_a_limit_that_cuts_the_search_is_4(tmp_path: Path, example: Document) -> None:
-    assert main(["solve", write(tmp_path, example), "--time-limit", "0.001"]) == 4
+def test_a_limit_that_leaves_nothing_is_5(tmp_path: Path, example: Document) -> None:
+    assert main(["solve", write(tmp_path, example), "--time-limit", "0.001"]) == 5
+
+
+@pytest.mark.parametrize(
+    ("outcome", "ended", "code"),
+    [
+        ("optimal", True, 0),
+        ("optimal", False, 0),
+        ("feasible", True, 0),
+        ("feasible", None, 0),
+        ("feasible", False, 4),
+        ("infeasible", True, 3),
+        ("infeasible", False, 3),
+        ("unknown", True, 5),
+        ("unknown", False, 5),
+    ],
+)
+def test_exit_codes(outcome: str, ended: bool | None, code: int) -> None:
+    assert exit_code({"outcome": outcome, "search": {"ended": ended}}) == code
 
 
 def test_serve_answers_and_leaves_when_told(tmp_path: Path) -> None:

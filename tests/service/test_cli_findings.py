@@ -31,7 +31,7 @@ UNSURE = Clearance("self", 0.0, -1e-9, "main link 1", "main tool", 0, 0.0, None,
 
 
 def printed(**found: Any) -> str:
-    layout = Layout(Outcome.OPTIMAL, 5.0, (PLACEMENT,), (), False, Search(1, 1, 1, 0.1), None, **found)
+    layout = Layout(Outcome.OPTIMAL, 5.0, (PLACEMENT,), (), Search(1, 1, 1, 0.1), None, **found)
     out = io.StringIO()
     print_findings(console_on(out), result_document(layout, ""))
     return out.getvalue()

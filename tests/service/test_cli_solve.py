@@ -110,12 +110,18 @@ def test_a_server_that_is_not_there_is_told(
     assert url in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("option", [["--time-limit", "5"], ["--robot-urdf", "a=b.urdf"]])
+@pytest.mark.parametrize("option", [["--robot-urdf", "a=b.urdf"]])
 def test_options_for_here_are_refused_for_there(
     option: list[str], tmp_path: Path, example: Document, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["solve", write(tmp_path, example), "--server", "http://127.0.0.1:9", *option]) == 2
     assert option[0] in capsys.readouterr().err
+
+
+def test_a_time_limit_is_sent_to_the_server(server: Running, tmp_path: Path, example: Document, fake: Any) -> None:
+    example["time_limit"] = 50.0
+    assert main(["solve", write(tmp_path, example), "--server", server.url, "--time-limit", "5"]) == 0
+    assert fake.limits[-1][0] == 5.0
 
 
 def test_a_server_that_is_restarted_meanwhile_makes_no_difference(

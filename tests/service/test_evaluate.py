@@ -56,7 +56,7 @@ def test_a_collision_is_an_answer(live: TestClient, placed: Document) -> None:
     placed["obstacles"] = [{"name": "post", "pose": pose, "shape": {"type": "sphere", "radius": 0.2}}]
     result = live.post("/v1/layouts/evaluate", json=placed).json()["result"]
     assert result["outcome"] == "infeasible"
-    assert result["proved"] is False
+    assert result["proved"] is True
     found = result["clearances"]["arm_obstacle"]
     assert found["distance"] < 0.0
     assert found["pair"][1] == "post"

@@ -148,7 +148,7 @@ async def killed_in_the_middle(executor: ProcessExecutor) -> None:
     os.kill(pid, signal.SIGKILL)
     with pytest.raises(WorkerDied, match="SIGKILL"):
         await asyncio.wait_for(first, 10.0)
-    assert (await second).outcome == "optimal"
+    assert (await second).outcome in ("optimal", "feasible")
     await settled(executor, 3)
     assert executor.deaths == deaths + 1
 
@@ -159,7 +159,7 @@ async def killed_while_idle(executor: ProcessExecutor) -> None:
         os.kill(pid, signal.SIGKILL)
     await executor.self_test()
     answer = await asyncio.wait_for(executor.solve(SHORT, lambda kind, data: None), 30.0)
-    assert answer.outcome == "optimal"
+    assert answer.outcome in ("optimal", "feasible")
 
 
 async def without_a_place_to_fork_from(executor: ProcessExecutor) -> None:
@@ -257,7 +257,7 @@ def ready(client: TestClient) -> None:
 
 def test_the_example_is_solved_over_http(live: TestClient) -> None:
     ready(live)
-    request = copy.deepcopy(EXAMPLE) | {"certificate": None}
+    request = copy.deepcopy(EXAMPLE) | {"certificate": "auto"}
     answer = live.post("/v1/layouts", json=request, headers={"Prefer": "wait=60"})
     assert answer.status_code == 200
     result = answer.json()["result"]
@@ -267,7 +267,9 @@ def test_the_example_is_solved_over_http(live: TestClient) -> None:
     assert result["verification"]["limits_respected"]
     again = live.post("/v1/layouts", json=request, headers={"Prefer": "wait=60"}).json()["result"]
     for answered in (result, again):
-        answered["search"]["wall_time"] = 0.0
+        answered["search"]["wall_time"] = answered["search"]["first_feasible_time"] = 0.0
+        for proof in (answered["certificate"], *answered["certificate"]["arms"]):
+            proof["wall_time"] = 0.0
     assert again == result
 
 

@@ -127,7 +127,7 @@ def test_soft_and_hard_limits_grow_with_what_is_asked_for(client_with: Make, fak
     client.post("/v1/layouts", json=example, headers={"Prefer": "wait=10"})
     example["baselines"] = ["interior-penalty", "exterior-penalty"]
     client.post("/v1/layouts", json=example, headers={"Prefer": "wait=10"})
-    assert fake.limits == [(27.0, 30.0), (27.0, 84.0)]
+    assert fake.limits == [(7.0, 30.0), (7.0, 84.0)]
 
 
 def test_no_more_run_at_once_than_there_are_workers(client: TestClient, fake: Any, example: Document) -> None:

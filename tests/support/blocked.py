@@ -98,7 +98,7 @@ def limited() -> tuple[Cell, Conflict]:
     return cell, conflict_of(cell)
 
 
-NOTHING = Layout(Outcome.INFEASIBLE, None, (), (), False, Search(0, 0, 0, 0.0), None)
+NOTHING = Layout(Outcome.UNKNOWN, None, (), (), Search(0, 0, 0, 0.0), None)
 
 
 def explained(cell: Cell, seconds: float = 100.0) -> Explanation:

@@ -11,6 +11,7 @@ from optimizer.coupled.scene import Scene
 from optimizer.findings import Explanation
 from optimizer.layout import Outcome
 from optimizer.optimize import optimize
+from optimizer.progress.timetable import timetable
 from optimizer.settings import Settings, ToleranceSettings
 from optimizer.why_not.explain import explain
 from optimizer.why_not.trial import clean
@@ -37,9 +38,8 @@ def test_a_layout_that_turns_up_is_the_answer():
     found = explain(cell, NOTHING, 0, time.perf_counter() + 60.0)
     assert isinstance(found, tuple)
     assert clean(Scene.of(cell), found)
-    rescued = with_advice(
-        cell, NOTHING, Settings(explain=True, tolerance=ToleranceSettings()), lambda what, share: None
-    )
+    settings = Settings(explain=True, tolerance=ToleranceSettings())
+    rescued = with_advice(cell, NOTHING, settings, timetable(cell, settings))
     assert rescued.outcome is Outcome.FEASIBLE
     assert rescued.tolerance is not None
     assert judge(cell, rescued).clean

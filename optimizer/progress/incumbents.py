@@ -1,0 +1,96 @@
+"""The best usable layout of the whole cell so far: when the first one was found, and an event for every better one.
+
+Searches tell of what they find in one line, `layout_found` or `arm_found`, and need not know who listens; nothing is
+recorded outside of `recording`.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, field
+
+from models.arm import Arm
+from models.cell import Cell
+from models.posture import name_signs
+from optimizer.events import Incumbent, Standing
+from optimizer.measure import objective_of
+from optimizer.program import ArmPoint
+from optimizer.watch import tell, watched
+
+BETTER = 1e-6
+"""Relative gain from which on a layout is told as a better one."""
+
+
+@dataclass(eq=False, slots=True)
+class Incumbents:
+    """What is known of one cell while it is solved.
+
+    Attributes:
+        cell: it. started: `time.perf_counter` value from which times count.
+        objective: E of the best usable layout, or None. first_time: s, when the first one was found, or None.
+    """
+
+    cell: Cell
+    started: float
+    objective: float | None = None
+    first_time: float | None = None
+    _arms: dict[str, tuple[float, ArmPoint]] = field(default_factory=dict)
+
+    def found(self, points: Sequence[ArmPoint], objective: float) -> None:
+        """Take a usable layout, one point per arm, into account."""
+        seconds = time.perf_counter() - self.started
+        if self.first_time is None:
+            self.first_time = seconds
+        if self.objective is not None and objective >= self.objective * (1.0 - BETTER):
+            return
+        self.objective = objective
+        if watched():
+            standing = (_standing(self.cell, arm, point) for arm, point in zip(self.cell.arms, points, strict=True))
+            tell(Incumbent(objective, seconds, tuple(standing)))
+
+    def found_alone(self, arm: Arm, point: ArmPoint, objective: float) -> None:
+        """Take a usable place of one arm into account, where nothing ties it to the others."""
+        known = self._arms.get(arm.name)
+        if known is None or objective < known[0]:
+            self._arms[arm.name] = objective, point
+        if len(self._arms) == len(self.cell.arms):
+            best = [self._arms[each.name] for each in self.cell.arms]
+            self.found([one for _, one in best], sum(value for value, _ in best))
+
+
+_recorded: ContextVar[Incumbents | None] = ContextVar("incumbents", default=None)
+
+
+@contextmanager
+def recording(cell: Cell, started: float) -> Iterator[Incumbents]:
+    """Record what is found for a cell in the block; ``started`` is a `time.perf_counter` value."""
+    incumbents = Incumbents(cell, started)
+    token = _recorded.set(incumbents)
+    try:
+        yield incumbents
+    finally:
+        _recorded.reset(token)
+
+
+def layout_found(points: Sequence[ArmPoint], objective: float) -> None:
+    """Tell of a layout of the whole cell that passed every check: one point per arm, and E."""
+    incumbents = _recorded.get()
+    if incumbents is not None:
+        incumbents.found(points, objective)
+
+
+def arm_found(cell: Cell, arm: Arm, point: ArmPoint, objective: float) -> None:
+    """Tell of a place of one arm that passed every check of the arm; it counts where nothing couples the cell."""
+    incumbents = _recorded.get()
+    if incumbents is not None and cell is incumbents.cell and not cell.coupled:
+        incumbents.found_alone(arm, point, objective)
+
+
+def _standing(cell: Cell, arm: Arm, point: ArmPoint) -> Standing:
+    x, y, z = (float(value) for value in point.position)
+    posture = None if point.signs is None else name_signs(point.signs)
+    cost = float(objective_of(cell.task, arm, point.joints))
+    return Standing(arm.name, (x, y, z), float(point.yaw), posture, cost, arm.mount)

@@ -15,7 +15,7 @@ from optimizer.box import search_box
 from optimizer.certificate.budget import boxes_for
 from optimizer.certificate.certify import certify
 from optimizer.events import Screened, Started
-from optimizer.general import different, screen_general
+from optimizer.layers import LayeredPath
 from optimizer.layout import Reason
 from optimizer.local import solve_locally
 from optimizer.measure import objective_of
@@ -24,7 +24,9 @@ from optimizer.reasons import explain_general, explain_proof, explain_reach, exp
 from optimizer.reduced import ReducedProblem, evaluate_signed, reduced_problem
 from optimizer.screening import ROUNDS, Candidate, Screen, improve, scored, screen
 from optimizer.settings import CertificateSettings, Settings
+from optimizer.single_arm.parameters import PARAMETERS, THOROUGH, UnreducedParameters
 from optimizer.single_arm.passable import best_passable, with_places
+from optimizer.single_arm.unreduced import search_unreduced
 from optimizer.verification.way import follow_way
 from optimizer.verification.words import way_faults
 from optimizer.verify import check
@@ -32,8 +34,6 @@ from optimizer.watch import tell
 
 STARTS = 8
 """Local solves of an arm with a reduced problem; twice as many where none of them ends in a usable point."""
-GENERAL_STARTS = 10
-"""Local solves of an arm without one: its branches are only sampled."""
 WORTH = 1.2
 """Starts scored this much above the best usable one are not worth a solve: screening is precise to a few percent."""
 DEEPER = 1.05
@@ -131,11 +131,13 @@ def _search_finer(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadlin
     """
     middles = [(int(step), 0.5) for step in np.flatnonzero(cell.task.joined)]
     finer, rows = with_places(replace(cell, max_joint_step=HALF_STEP * cell.max_joint_step), middles)
-    problem = reduced_problem(finer, search.arm)
-    if problem is None or len(problem.positions) > MOST_FINER:
+    if len(finer.task) > MOST_FINER:
         return
-    found = ArmSearch(search.arm, problem=problem)
-    _search_reduced(finer, found, problem, box, seed, deadline)
+    found = ArmSearch(search.arm, problem=reduced_problem(finer, search.arm))
+    if found.problem is not None:
+        _search_reduced(finer, found, found.problem, box, seed, deadline)
+    else:
+        _search_seeds(finer, found, box, seed, deadline, PARAMETERS)
     search.candidates, search.starts = search.candidates + found.candidates, search.starts + found.starts
     search.finished = found.finished
     coarse = [(value, replace(point, joints=point.joints[rows])) for value, point in found.optima]
@@ -253,22 +255,31 @@ def path_from(problem: ReducedProblem, position: Floats, signs: tuple[int, int, 
 
 
 def _search_general(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadline: float) -> None:
-    """Layers of branches from many bases, then local solves from the best paths."""
-    general = screen_general(cell, search.arm, box, seed, deadline)
-    search.finished &= time.perf_counter() < deadline
-    search.candidates = general.evaluated
-    found = [path.objective for path in general.paths if path.violation == 0.0]
-    tell(Screened(search.arm.name, search.candidates, len(found), min(found, default=None)))
-    optima: list[tuple[float, ArmPoint]] = []
-    for path in different([path for path in general.paths if len(path.joints)])[:GENERAL_STARTS]:
-        start = ArmPoint(path.position, path.yaw, path.joints, path.signs)
-        if time.perf_counter() > deadline:
-            search.finished = False
-            break
-        optima += _solve(cell, search, start, deadline)
-    _keep(cell, search, optima, deadline)
+    """Many seeds of the unreduced problem; where no optimum's way can be gone, more optima, and more poses."""
+    paths = _search_seeds(cell, search, box, seed, deadline, PARAMETERS)
+    if search.best is None and search.optima and search.finished:
+        _search_seeds(cell, search, box, seed, deadline, THOROUGH)
+    if search.best is None and search.optima and search.finished:
+        _search_finer(cell, search, box, seed, deadline)
     if search.best is None and search.finished:
-        search.reasons = _stuck(cell, search) or explain_general(cell, search.arm, general.paths)
+        search.reasons = _stuck(cell, search) or explain_general(cell, search.arm, paths)
+
+
+def _search_seeds(
+    cell: Cell, search: ArmSearch, box: Floats, seed: int, deadline: float, parameters: UnreducedParameters
+) -> list[LayeredPath]:
+    """One search of the unreduced problem; the nearest paths, where it finds nothing usable."""
+
+    def solve(start: ArmPoint) -> list[tuple[float, ArmPoint]]:
+        return _solve(cell, search, start, deadline)
+
+    found = search_unreduced(cell, search.arm, box, seed, deadline, solve, parameters)
+    search.finished &= time.perf_counter() < deadline
+    search.candidates += found.evaluated
+    best = min((objective for objective, _ in found.optima), default=None)
+    tell(Screened(search.arm.name, search.candidates, len(found.optima), best))
+    _keep(cell, search, found.optima, deadline)
+    return found.paths
 
 
 def _solve(cell: Cell, search: ArmSearch, start: ArmPoint, deadline: float) -> list[tuple[float, ArmPoint]]:

@@ -17,9 +17,9 @@ from models.posture import ALL_SIGNS
 from optimizer.box import search_box, spread
 from optimizer.coupled.refine import price_of
 from optimizer.coupled.scene import Scene, world_yaw
-from optimizer.general import screen_general
 from optimizer.program import ArmPoint
 from optimizer.reduced import ReducedProblem, conditioning_shortfall, evaluate
+from optimizer.single_arm.varied_paths import varied_paths
 from optimizer.verify import check
 from optimizer.watch import check_stop
 
@@ -210,13 +210,13 @@ def _on_floor(cell: Cell, arm: Arm, positions: Floats, yaws: Floats, usable: Int
 
 def _general_points(cell: Cell, arm: Arm, seed: int, deadline: float) -> tuple[list[tuple[float, ArmPoint]], int]:
     """Usable paths of an arm without a reduced problem, by objective."""
-    screen = screen_general(cell, arm, search_box(cell, arm), seed, deadline)
+    found = varied_paths(cell, arm, search_box(cell, arm), seed, deadline)
     points = [
         (path.objective, ArmPoint(path.position, path.yaw, path.joints, path.signs))
-        for path in screen.paths
+        for path in found.paths
         if path.violation == 0.0 and len(path.joints)
     ]
-    return [(value, point) for value, point in points if check(cell, arm, point).usable], screen.evaluated
+    return [(value, point) for value, point in points if check(cell, arm, point).usable], found.evaluated
 
 
 def with_optimum(pool: Pool, alone: Scene, optimum: ArmPoint, objective: float) -> Pool:

@@ -1,0 +1,161 @@
+"""A second net: at the best bases, the best path through the postures of all seeds.
+
+Seeds are paths that were continued from one posture; the best path may take its poses from several of them, or turn a
+joint with a range of more than a turn the other way round. So the postures of all seeds, and some fresh ones, are
+brought to every pose from one base, with all their turns, and a shortest path through these layers is taken.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from models.arm import TURN
+from models.arrays import Bools, Floats, Ints
+from models.chain_columns import rotation_vectors
+from optimizer.single_arm.conditioning_pull import conditioning_values
+from optimizer.single_arm.draws import drawn_postures, fit_to_bases
+from optimizer.single_arm.gauss_newton import Iterations, gauss_newton
+from optimizer.single_arm.parameters import UnreducedParameters
+from optimizer.single_arm.unreduced_problem import Seeds, UnreducedProblem, seen_from_bases
+
+DRAWS_PER_KEPT = 8
+"""Postures drawn for each that is kept for a pose."""
+MISSED, MISSED_PRICE = 2e-2, 1e4
+"""m or rad: nodes farther from their pose are taken only if nothing else is left."""
+OVER_PRICE, ERROR_PRICE, LEAP_PRICE, LACK_PRICE = 30.0, 100.0, 300.0, 300.0
+"""Per radian beyond limits, per error, per radian of too long a step, per lacking conditioning; a cost is about 1."""
+STEP_SLACK = 1.2
+"""Times the allowed step that costs nothing: iterations and IPOPT move the path."""
+SORTED = 4
+"""Times the nodes kept that are looked at for near copies."""
+
+
+def recombined(
+    problem: UnreducedProblem, bases: Floats, pool: Seeds, parameters: UnreducedParameters, seed: int
+) -> Seeds:
+    """One path for each base (K, 4), made of the postures of a pool of seeds."""
+    paths = [_at(problem, base, pool, parameters, seed) for base in bases]
+    return Seeds(np.stack(paths, axis=2), bases)
+
+
+def distinct_bases(bases: Floats, most: int, apart: float) -> Ints:
+    """Indices of the first ``most`` bases (K, 4) that are ``apart`` [m] from each other."""
+    kept: list[int] = []
+    for k in range(len(bases)):
+        if all(np.max(np.abs(bases[k, :3] - bases[i, :3])) >= apart for i in kept):
+            kept.append(k)
+            if len(kept) == most:
+                break
+    return np.array(kept, dtype=np.int64)
+
+
+def _at(problem: UnreducedProblem, base: Floats, pool: Seeds, parameters: UnreducedParameters, seed: int) -> Floats:
+    """(n, m) the best path from one base (4,)."""
+    layers = _layers(problem, base, pool, parameters, seed)
+    path: list[Floats] = []
+    for job in problem.jobs:
+        path += _shortest(layers[job], problem.endless, STEP_SLACK * problem.max_step)
+    joints = np.stack(path, axis=1)
+    for job in problem.jobs:
+        joints[problem.endless, job] = np.unwrap(joints[problem.endless, job], axis=1)
+    return joints
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Layer:
+    """Nodes of one pose: joints (n, k) rad and what each costs (k,)."""
+
+    joints: Floats
+    costs: Floats
+
+
+def _layers(
+    problem: UnreducedProblem, base: Floats, pool: Seeds, parameters: UnreducedParameters, seed: int
+) -> list[_Layer]:
+    """Distinct cheap postures of every pose from one base."""
+    draws = drawn_postures(problem, DRAWS_PER_KEPT * parameters.layer_draws, seed)
+    count = min(parameters.layer_draws, draws.shape[1])
+    fresh = [fit_to_bases(problem, j, base[None], draws, count)[:, :, 0] for j in range(len(problem.positions))]
+    joints = np.concatenate([pool.joints, np.stack(fresh, axis=1)], axis=2)
+    seeds = Seeds(joints, np.tile(base, (joints.shape[2], 1)))
+    how = Iterations(parameters.layer_iterations, 0.4, parameters.stiff, base_moves=False, apart=True)
+    joints = _turned(problem, gauss_newton(problem, seeds, how).joints)
+    costs = _node_costs(problem, joints, base)
+    return [
+        _thinned(joints[:, j], costs[j], parameters.layer_nodes, parameters.layer_spacing)
+        for j in range(len(problem.positions))
+    ]
+
+
+def _turned(problem: UnreducedProblem, joints: Floats) -> Floats:
+    """Nodes (n, m, k) in the turns nearest to the reference that limits leave, and once more a turn to either side."""
+    low, high = problem.lower[:, None, None], problem.upper[:, None, None]
+    first, last = np.ceil((low - joints) / TURN - 1e-3), np.floor((high - joints) / TURN + 1e-3)
+    turns = np.round((problem.reference_column[:, :, None] - joints) / TURN)
+    joints = joints + TURN * np.where(first <= last, np.clip(turns, first, last), 0.0)
+    others = []
+    for i in np.flatnonzero((problem.upper - problem.lower >= TURN) & ~problem.endless):
+        for turn in (-TURN, TURN):
+            other = joints.copy()
+            other[i] += turn
+            others.append(other)
+    return np.concatenate([joints, *others], axis=2)
+
+
+def _node_costs(problem: UnreducedProblem, joints: Floats, base: Floats) -> Floats:
+    """(m, k) what nodes (n, m, k) cost by themselves."""
+    n, m, count = joints.shape
+    flat = joints.reshape(n, m * count)
+    columns, position = problem.chain.forward(flat)
+    wanted, targets = seen_from_bases(problem, base[None])
+    wanted, targets = np.repeat(wanted, count, axis=2), np.repeat(targets, count, axis=1)
+    error = np.maximum(
+        np.max(np.abs(targets - position), axis=0), np.max(np.abs(rotation_vectors(columns, wanted)), axis=0)
+    )
+    off = flat - problem.reference_column
+    low, high = problem.lower[:, None], problem.upper[:, None]
+    over = np.sum(np.maximum(np.maximum(low - flat, flat - high), 0.0), axis=0)
+    weights = np.repeat(problem.weights, count)
+    costs = weights * (problem.joint_weights @ (off * off)) + OVER_PRICE * over
+    costs += np.where(error > MISSED, MISSED_PRICE, ERROR_PRICE * error)
+    wanted_conditioning = problem.arm.min_conditioning
+    if wanted_conditioning is not None:
+        lack = np.maximum(wanted_conditioning - conditioning_values(problem, flat), 0.0)
+        costs += LACK_PRICE * lack / wanted_conditioning
+    shaped: Floats = costs.reshape(m, count)
+    return shaped
+
+
+def _thinned(joints: Floats, costs: Floats, most: int, spacing: float) -> _Layer:
+    """The cheapest nodes, without near copies."""
+    order = np.argsort(costs, kind="stable")[: SORTED * most]
+    some = joints[:, order]
+    near = np.max(np.abs(some[:, :, None] - some[:, None, :]), axis=0) < spacing
+    alive = np.ones(len(order), dtype=np.bool_)
+    kept = []
+    for k in range(len(order)):
+        if alive[k]:
+            kept.append(k)
+            alive &= ~near[k]
+            if len(kept) == most:
+                break
+    return _Layer(some[:, kept], costs[order[kept]])
+
+
+def _shortest(layers: list[_Layer], endless: Bools, allowed: float) -> list[Floats]:
+    """Joints (n,) of each pose of one job on the cheapest path."""
+    total, back = layers[0].costs, []
+    for before, after in pairwise(layers):
+        step = before.joints[:, :, None] - after.joints[:, None, :]
+        step[endless] -= TURN * np.round(step[endless] / TURN)
+        ways = total[:, None] + LEAP_PRICE * np.maximum(np.max(np.abs(step), axis=0) - allowed, 0.0)
+        best = np.argmin(ways, axis=0)
+        back.append(best)
+        total = ways[best, np.arange(len(best))] + after.costs
+    path = [int(np.argmin(total))]
+    for best in reversed(back):
+        path.append(int(best[path[-1]]))
+    return [layer.joints[:, k] for layer, k in zip(layers, reversed(path), strict=True)]

@@ -1,0 +1,180 @@
+"""One arm and some poses as numbers for the unreduced problem: base and every joint of every pose are unknown.
+
+Weights are divided by their means, so that the constants of the search mean the same for every request; positions
+are relative to the middle of the base region, so that nothing depends on where the world's origin is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from models.arm import Arm
+from models.arrays import Bools, Floats, Ints
+from models.cell import Cell
+from models.chain_columns import ColumnChain, column_chain
+from models.jobs import joined, slices
+from optimizer.program import ArmPoint
+
+ENDLESS = 1e9
+"""rad; stands for the limit of a joint without end, and for that of a free yaw."""
+LEAST_METRIC = 0.05
+"""Share of the mean joint weight that a step costs at least in any joint: joints of weight 0 would run away."""
+LEAST_WEIGHT = 0.05
+"""Share of the mean pose weight that a pose counts for at least where the base is moved: each has to be reached."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class UnreducedProblem:
+    """What one arm has to reach, and what that costs.
+
+    Attributes:
+        arm: the arm. chain: its kinematics.
+        rotations: (m, 3, 3) of the flange targets, in the axes of the mounted base at yaw 0.
+        positions: (m, 3) m, of the targets in world axes, seen from ``origin``.
+        origin: (3,) m, in the world.
+        weights: (m,) of the poses, mean of the positive ones 1.
+        starts: of the jobs.
+        joint_weights: (n,) mean of the positive ones 1. metric: (n,) what a step costs, positive.
+        lower: (n,) rad, finite. upper: (n,).
+        base_lower: (4,) x, y, z [m] seen from ``origin``, yaw [rad]. base_upper: (4,).
+        max_step: rad.
+    """
+
+    arm: Arm
+    chain: ColumnChain
+    rotations: Floats
+    positions: Floats
+    origin: Floats
+    weights: Floats
+    starts: tuple[int, ...]
+    joint_weights: Floats
+    metric: Floats
+    lower: Floats
+    upper: Floats
+    base_lower: Floats
+    base_upper: Floats
+    max_step: float
+
+    @property
+    def dof(self) -> int:
+        """Number of joints."""
+        return len(self.lower)
+
+    @property
+    def free(self) -> Ints:
+        """Indices of the base coordinates that are not fixed."""
+        return np.flatnonzero(self.base_upper > self.base_lower)
+
+    @property
+    def reference_column(self) -> Floats:
+        """(n, 1) rad, q* of the objective."""
+        return self.arm.reference[:, None]
+
+    @property
+    def base_weights(self) -> Floats:
+        """(m,) what the poses count for where the base is moved: all of them have to be reached."""
+        return np.maximum(self.weights, LEAST_WEIGHT)
+
+    @property
+    def joined(self) -> Bools:
+        """(m - 1,) True where the next pose is one of the same job."""
+        return joined(self.starts, len(self.positions))
+
+    @property
+    def jobs(self) -> tuple[slice, ...]:
+        """The poses of each job."""
+        return slices(self.starts, len(self.positions))
+
+    @property
+    def endless(self) -> Bools:
+        """(n,) True for joints without end."""
+        without_end: Bools = self.upper - self.lower >= ENDLESS
+        return without_end
+
+    def only(self, poses: Ints, weights: Floats) -> UnreducedProblem:
+        """The same with some of the poses, in order, under other weights (k,)."""
+        jobs = np.searchsorted(self.starts, poses, side="right") - 1
+        starts = tuple(int(k) for k in np.flatnonzero(np.diff(jobs, prepend=-1)))
+        return replace(
+            self, rotations=self.rotations[poses], positions=self.positions[poses], weights=weights, starts=starts
+        )
+
+    def moved(self, rotations: Floats, positions: Floats) -> UnreducedProblem:
+        """The same with other targets for its poses."""
+        return replace(self, rotations=rotations, positions=positions)
+
+    def point(self, joints: Floats, base: Floats) -> ArmPoint:
+        """A point of the program from joints (n, m) [rad] and a base (4,)."""
+        return ArmPoint(base[:3] + self.origin, self.arm.base.yaw_in_interval(float(base[3])), joints.T.copy())
+
+
+def unreduced_problem(cell: Cell, arm: Arm, box: Floats) -> UnreducedProblem:
+    """State the problem of one arm.
+
+    Args:
+        cell: task and step limit. arm: the arm. box: (3, 2) m, where the base may stand.
+    """
+    targets = cell.flange_targets(arm)
+    origin = np.mean(box, axis=1)
+    yaw = np.array([-ENDLESS, ENDLESS]) if arm.base.yaw_free else arm.base.bounds[3]
+    base = np.concatenate([box - origin[:, None], yaw[None]])
+    joint_weights = arm.weights / arm.weight_scale
+    weights = cell.task.weights / cell.task.weight_scale
+    return UnreducedProblem(
+        arm=arm,
+        chain=column_chain(arm.robot),
+        rotations=arm.mount.T @ targets[:, :3, :3],
+        positions=targets[:, :3, 3] - origin,
+        origin=origin,
+        weights=weights if np.any(weights > 0.0) else np.ones(len(weights)),
+        starts=cell.task.starts,
+        joint_weights=joint_weights,
+        metric=np.maximum(joint_weights, LEAST_METRIC),
+        lower=np.where(np.isfinite(arm.lower), arm.lower, -ENDLESS),
+        upper=np.where(np.isfinite(arm.upper), arm.upper, ENDLESS),
+        base_lower=base[:, 0],
+        base_upper=base[:, 1],
+        max_step=cell.max_joint_step,
+    )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Seeds:
+    """Bases and paths that are solved side by side.
+
+    Attributes:
+        joints: (n, m, K) rad.
+        bases: (K, 4) x, y, z [m] seen from the problem's origin, yaw [rad].
+    """
+
+    joints: Floats
+    bases: Floats
+
+    def __len__(self) -> int:
+        return len(self.bases)
+
+    def take(self, which: Ints) -> Seeds:
+        """Some of them."""
+        return Seeds(self.joints[:, :, which], self.bases[which])
+
+    def join(self, other: Seeds) -> Seeds:
+        """These and others."""
+        return Seeds(np.concatenate([self.joints, other.joints], axis=2), np.concatenate([self.bases, other.bases]))
+
+
+def seen_from_bases(problem: UnreducedProblem, bases: Floats) -> tuple[Floats, Floats]:
+    """Targets in the base frames: columns of the rotations (3 columns, 3, m·K), positions (3, m·K) [m]."""
+    cos, sin = np.cos(bases[:, 3]), np.sin(bases[:, 3])
+    m, count = len(problem.positions), len(bases)
+    mounted = problem.positions @ problem.arm.mount, bases[:, :3] @ problem.arm.mount
+    x, y, z = ((mounted[0][:, a, None] - mounted[1][None, :, a]) for a in range(3))
+    positions = np.stack([cos * x + sin * y, cos * y - sin * x, z])
+    columns = np.empty((3, 3, m, count))
+    for k in range(3):
+        x, y, z = (problem.rotations[:, a, k, None] for a in range(3))
+        columns[k, 0] = cos * x + sin * y
+        columns[k, 1] = cos * y - sin * x
+        columns[k, 2] = z
+    return columns.reshape(3, 3, m * count), positions.reshape(3, m * count)

@@ -1,0 +1,69 @@
+"""Key poses: both ends, a dwell as well as the way, and nothing that depends on the direction."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from models.family import Job, family
+from models.pose import rotation_z, transform
+from models.task import Task, line
+from optimizer.box import search_box
+from optimizer.single_arm.key_poses import key_poses, on_the_way, reduced_to, shares
+from optimizer.single_arm.unreduced_problem import unreduced_problem
+from tests.support.tasks import possible
+
+
+def problem_of(task: Task):
+    drawn = possible("iiwa14", np.random.default_rng(1), poses=3)
+    cell = drawn.cell
+    arm = cell.arms[0]
+    object.__setattr__(cell, "task", task)
+    return unreduced_problem(cell, arm, search_box(cell, arm) * 0.0)
+
+
+def straight(count: int) -> Task:
+    start = transform(np.eye(3), np.array([0.3, 0.0, 0.4]))
+    end = transform(rotation_z(0.8), np.array([0.6, 0.1, 0.5]))
+    return line(start, end, count)
+
+
+@pytest.mark.parametrize("count", [9, 10, 24])
+@pytest.mark.parametrize("keys", [1, 4])
+def test_the_same_poses_are_chosen_backwards(count, keys):
+    task = straight(count)
+    forth = key_poses(problem_of(task), keys)
+    back = key_poses(problem_of(Task(task.poses[::-1])), keys)
+    assert sorted(count - 1 - back) == sorted(forth)
+
+
+def test_a_dwell_is_looked_at_as_well_as_the_way():
+    task = straight(20)
+    dwelling = Task(np.concatenate([task.poses[:6], np.repeat(task.poses[5:6], 200, axis=0), task.poses[6:]]))
+    problem = problem_of(dwelling)
+    keys = key_poses(problem, 8)
+    assert keys[0] == 0
+    assert keys[-1] == len(dwelling) - 1
+    inside = np.sum((keys > 5) & (keys < 206))
+    assert 2 <= inside <= 5
+    weights = reduced_to(problem, keys).weights
+    assert np.sum(weights) == pytest.approx(len(keys))
+    assert np.sum(weights[(keys >= 5) & (keys <= 206)]) > 0.9 * len(keys)
+
+
+def test_joints_go_linearly_from_key_to_key_within_each_job():
+    task = family([Job("a", straight(9)), Job("b", straight(5))])
+    problem = problem_of(task)
+    keys = np.array([0, 4, 8, 9, 13])
+    matrix = shares(problem, keys)
+    assert np.allclose(matrix.sum(axis=1), 1.0)
+    assert np.allclose(matrix[2], [0.5, 0.5, 0.0, 0.0, 0.0])
+    assert np.allclose(matrix[11], [0.0, 0.0, 0.0, 0.5, 0.5])
+
+
+def test_halfway_is_halfway():
+    problem = problem_of(straight(5))
+    keys, anchors = np.array([0, 4]), np.array([2])
+    half = on_the_way(problem.only(anchors, np.ones(1)), problem.only(keys, np.ones(2)), 0.5)
+    assert np.allclose(half.positions, problem.positions[[1, 3]])
+    assert np.allclose(half.rotations, problem.rotations[[1, 3]])

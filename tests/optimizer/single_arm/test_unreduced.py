@@ -1,0 +1,120 @@
+"""The search of arms without a reduced problem, against witnesses, known layouts, and itself seen otherwise."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from models.arm import Arm, BaseRegion, Interval
+from models.cell import Cell
+from models.pose import rotation_about, rotation_z, transform
+from models.task import Task
+from optimizer.box import search_box
+from optimizer.continuation import continue_paths
+from optimizer.layers import LayeredPath
+from optimizer.measure import objective_of
+from optimizer.search import search_arm
+from optimizer.settings import Settings
+from optimizer.single_arm.varied_paths import varied_paths
+from optimizer.verify import check
+from tests.support.answers import reached
+from tests.support.families import possible_family
+from tests.support.tasks import possible
+
+CASES = [
+    ("iiwa14", np.eye(3)),
+    ("fanuc_crx10ia", np.eye(3)),
+    ("yumi_left", np.eye(3)),
+    ("iiwa14", rotation_about((1.0, 0.2, 0.0), 2.0)),
+]
+
+
+def found(cell: Cell) -> float:
+    """Objective of the search's answer, which is usable."""
+    search = search_arm(cell, cell.arms[0], Settings(), time.perf_counter() + 600.0)
+    assert search.best is not None, search.reasons
+    assert check(cell, cell.arms[0], search.best).usable
+    return search.objective
+
+
+def seen_otherwise(cell: Cell, quarters: int, shift: np.ndarray) -> Cell:
+    """The same cell in a world that is turned by quarter turns and shifted, its poses reversed."""
+    arm, turn = cell.arms[0], np.round(rotation_z(quarters * np.pi / 2))
+    bounds = arm.base.bounds
+    corners = np.array([[x, y] for x in bounds[0] for y in bounds[1]]) @ turn[:2, :2].T + shift[:2]
+    sides = [Interval(*map(float, side)) for side in zip(corners.min(axis=0), corners.max(axis=0), strict=True)]
+    yaw = arm.base.yaw
+    if not arm.base.yaw_free:
+        yaw = Interval(yaw.low + quarters * np.pi / 2, yaw.high + quarters * np.pi / 2)
+    base = BaseRegion(sides[0], sides[1], Interval(bounds[2, 0] + shift[2], bounds[2, 1] + shift[2]), yaw)
+    poses = (transform(turn, shift) @ cell.task.poses)[::-1]
+    return replace(cell, task=Task(poses), arms=(replace(arm, base=base),))
+
+
+@pytest.mark.parametrize(("name", "mount"), CASES, ids=lambda v: v if isinstance(v, str) else "")
+def test_no_answer_is_worse_than_the_witness(name, mount):
+    task = possible(name, np.random.default_rng(12), poses=5, half=(0.3, 0.3, 0.0, 0.5), mount=mount)
+    assert found(task.cell) <= objective_of(task.cell.task, task.arm, task.joints) * (1.0 + 1e-6)
+
+
+@pytest.mark.parametrize("name", ["iiwa14", "xarm7"])
+def test_families_are_served_by_one_base(name):
+    task = possible_family(name, np.random.default_rng(13), weights=(1.0, 0.3, 2.0), half=(0.4, 0.4, 0.0, np.pi))
+    assert found(task.cell) <= objective_of(task.cell.task, task.arm, task.joints) * (1.0 + 1e-6)
+
+
+def test_an_answer_does_not_depend_on_how_the_world_is_seen():
+    task = possible("iiwa14", np.random.default_rng(14), poses=6, half=(0.3, 0.4, 0.1, 0.6))
+    here = found(task.cell)
+    for quarters, shift in ((1, np.zeros(3)), (2, np.array([10.0, -7.0, 3.0]))):
+        assert found(seen_otherwise(task.cell, quarters, shift)) == pytest.approx(here, rel=1e-6)
+
+
+def test_small_steps_and_conditioning_are_kept():
+    task = possible("iiwa14", np.random.default_rng(15), poses=8, step=0.03, max_joint_step=0.2, min_conditioning=0.03)
+    assert found(task.cell) <= objective_of(task.cell.task, task.arm, task.joints) * (1.0 + 1e-6)
+
+
+def test_long_tasks_are_solved_on_key_poses_first():
+    task = possible("franka_panda", np.random.default_rng(16), poses=150, step=0.004, half=(0.3, 0.3, 0.0, np.pi))
+    assert found(task.cell) <= objective_of(task.cell.task, task.arm, task.joints) * (1.0 + 1e-6)
+
+
+def real(cell: Cell, arm: Arm, path: LayeredPath) -> None:
+    """A path stands in its region and reaches every pose, or says by how much it breaks a limit."""
+    bounds = arm.base.bounds
+    assert np.all(path.position >= bounds[:3, 0] - 1e-9)
+    assert np.all(path.position <= bounds[:3, 1] + 1e-9)
+    assert bounds[3, 0] - 1e-9 <= path.yaw <= bounds[3, 1] + 1e-9
+    for pose, q in zip(cell.task.poses, path.joints, strict=True):
+        assert np.abs(reached(arm, path.position, path.yaw, q) - pose).max() < 1e-3
+    out = np.maximum(arm.lower - path.joints.min(0), 0) + np.maximum(path.joints.max(0) - arm.upper, 0)
+    step = np.abs(np.diff(path.joints, axis=0)).max()
+    assert path.violation == pytest.approx(out.sum() + max(step - cell.max_joint_step, 0.0), abs=1e-8)
+    assert path.objective == pytest.approx(np.sum(arm.weights * (path.joints - arm.reference) ** 2))
+
+
+@pytest.mark.parametrize(("name", "mount"), CASES, ids=lambda v: v if isinstance(v, str) else "")
+def test_paths_from_many_bases_reach_every_pose_and_come_in_order(name, mount):
+    task = possible(name, np.random.default_rng(2), poses=4, step=0.06, half=(0.2, 0.2, 0.0, 0.5), mount=mount)
+    paths = varied_paths(task.cell, task.arm, search_box(task.cell, task.arm), 0).paths
+    usable = [path for path in paths if path.violation == 0.0]
+    assert len(usable) > 10
+    assert len({tuple(np.round(path.position / 0.04)) for path in usable}) > 5
+    for path in paths:
+        real(task.cell, task.arm, path)
+    objectives = [path.objective for path in usable]
+    assert objectives == [path.objective for path in paths[: len(usable)]] == sorted(objectives)
+
+
+def test_continued_paths_reach_every_pose_and_are_repeatable():
+    task = possible("franka_panda", np.random.default_rng(3), poses=6, step=0.05, half=(0.3, 0.3, 0.1, np.pi))
+    area = np.concatenate([search_box(task.cell, task.arm), [[0.0, 0.0]]])
+    first, second = (continue_paths(task.cell, task.arm, area, 5, 64) for _ in range(2))
+    assert len(first) > 5
+    for a, b in zip(first, second, strict=True):
+        real(task.cell, task.arm, a)
+        assert np.array_equal(a.joints, b.joints)

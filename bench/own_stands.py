@@ -176,7 +176,7 @@ def _turned(task: OwnTask, joints: Floats) -> tuple[Floats, Floats]:
 
 
 def _of_shifts(tried: Floats, low: Floats, high: Floats, best: Floats, heavy: Floats) -> tuple[Floats, Floats, Floats]:
-    """Cost, excess [rad] and best shift near by, (..., K) each, of shifts ``tried`` (..., K) of joint 1 for all jobs."""
+    """Cost, excess [rad] and best shift near by, (..., K), of shifts ``tried`` (..., K) of joint 1 for all jobs."""
     shift = tried[..., None, :]
     low, high, best = low[..., None], high[..., None], best[..., None]
     first, last = np.ceil((low - shift - 1e-12) / TURN), np.floor((high - shift + 1e-12) / TURN)

@@ -6,9 +6,9 @@ forgotten where it is. What remains true at any time: no path of the arm scores 
 boxes that are open and those that were forgotten. If no box is left at all, the task is impossible.
 
 Bounds close quadratically where postures are regular and with the square root of the size where the elbow is straight.
-They do not close at a pose exactly on axis 1 of an arm without shoulder offset, nor where axis 6 of a three-parallel
-arm is along the three: there one joint is free and drags others along, which the bound does not follow. Where such a
-place could be best, the proof ends at its time limit with the gap it has.
+Where the wrist is singular, joints that hang together are bounded together (`bounds.together`, `angles.twist`). They do
+not close at a pose exactly on axis 1 of an arm without shoulder offset: there one joint is free and drags others along,
+which the bound does not follow. Where such a place could be best, the proof ends at its limit with the gap it has.
 
 For a cell whose arms are coupled, the sum of these bounds is still a bound.
 """

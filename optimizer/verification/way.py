@@ -8,7 +8,8 @@ every step is looked at, and steps are halved again where something may happen b
 - the end of reach may be met. Where W stands in front of axis 1 (squared) and the cosine of the elbow are smooth
   functions of the place, also where the joints are not; they must keep off 0 and ±1 by half their sag.
 
-A joint that still travels far on a part of 2^-20 of a step jumps there: the way passes a singularity. Arms with a
+A joint that still travels far on a part of 2^-20 of a step jumps there: the way passes a singularity. (Where that is
+allowed, the wrist may turn in place.) Arms with a
 closed form are followed by it, others by Newton's method, as are those that may go through singularities where their
 branch leaps.
 """
@@ -20,12 +21,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arm import TURN, Arm
+from models.arm import SINGULAR_WRIST, TURN, Arm
 from models.arrays import Bools, Floats, Ints
 from models.branches import posture_terms, solve_signed
 from models.cell import Cell
 from models.closed_form import ClosedForm, closed_form
 from models.pose import inverse
+from models.wrist_singularity import wrist_distance
 from optimizer.clearance import Break, LimitExcess
 from optimizer.path_samples import STRAY, ObjectPath, follow, keep_inside
 from optimizer.program import ArmPoint
@@ -126,7 +128,8 @@ def follow_way(cell: Cell, arm: Arm, point: ArmPoint, resolution: Resolution | N
         found, arrived = follower(path.at(open_.step, open_.middle) @ grasps[open_.step] @ tool, open_)
         samples += len(open_)
         sag, far = _travel(open_, found)
-        arrived &= ~far | (level < LEVELS)
+        if level == LEVELS:
+            arrived &= ~far | _turns_in_place(arm, found)
         if not np.all(arrived):
             lost = open_[~arrived]
             breaks += [Break(arm.name, int(s), float(f)) for s, f in zip(lost.step, lost.middle, strict=True)]
@@ -197,6 +200,15 @@ def _travel(at: _Stretches, joints: Floats) -> tuple[Floats, Bools]:
     sag = np.abs(joints - 0.5 * (at.before + at.after))
     way = 0.5 * SAFETY * (np.abs(at.after - at.before) + 4.0 * sag)
     return sag, np.max(way, axis=1, initial=0.0) > FAR
+
+
+def _turns_in_place(arm: Arm, joints: Floats) -> Bools:
+    """(I,) True where the wrist is singular and may be: there joints 4 and 6 turn while the hand stands still."""
+    form = closed_form(arm.robot)
+    if form is None or arm.avoid_singularities:
+        return np.zeros(len(joints), dtype=np.bool_)
+    turns: Bools = wrist_distance(form, joints[:, 4]) < SINGULAR_WRIST
+    return turns
 
 
 def _note(beyond: dict[int, LimitExcess], arm: Arm, at: _Stretches, joints: Floats) -> None:

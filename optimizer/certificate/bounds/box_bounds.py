@@ -17,6 +17,7 @@ from optimizer.certificate.bounds.common_shift import common_cost
 from optimizer.certificate.bounds.lifts import cheapest_lifts
 from optimizer.certificate.bounds.rules import Rules
 from optimizer.certificate.bounds.tangent import tangent_bounds
+from optimizer.certificate.bounds.together import JOINTS, together_of
 from optimizer.certificate.bounds.turns import FirstOrder
 from optimizer.certificate.bounds.yaw import shift_cost, torn, unwrapped
 from optimizer.reduced import ReducedProblem
@@ -24,6 +25,7 @@ from optimizer.reduced import ReducedProblem
 PROBES = 8
 """Poses tried first in tasks of more than three times as many."""
 
+FOUR = list(JOINTS)
 REACH, LIMIT, PATH = 1, 2, 3
 """Causes: a pose is out of reach; a joint is outside its limits at a pose; a joint has no continuous path inside."""
 
@@ -140,7 +142,16 @@ class BoxBounder:
             costs[i] = np.where(lost, np.inf, rules.weights[i] * np.where(lost, 0.0, cost))
             apart = np.concatenate([part.apart for part in parts], axis=-1)
             self._note(found, rows, i, np.any(lost, axis=-1), outside, apart)
-        return FirstOrder(costs, self._twist(enclosed, found, rows, costs, each))
+        together = together_of(self.kinematics, rules, enclosed, each, np.all(np.isfinite(costs), axis=(0, 2)))
+        if together is None:
+            return FirstOrder(costs, self._twist(enclosed, found, rows, costs, each))
+        outside = np.isinf(together.cost)
+        lost = np.any(outside, axis=1)
+        self._note(found, rows, 4 if rules.smallest_wrist > 0.0 else 5, lost, outside, outside)
+        sums = together.sums(each, rules)
+        costs[4] = np.where(lost[:, None], np.inf, costs[4])
+        kept = np.where(np.isfinite(sums), sums, 0.0) - np.sum(np.where(np.isfinite(costs), costs, 0.0)[FOUR], axis=0)
+        return FirstOrder(costs, np.maximum(kept, 0.0), together)
 
     def _first_joint(self, values: Ball, found: BoxBounds, rows: Ints) -> Floats:
         """(N,) cost of joint 1."""

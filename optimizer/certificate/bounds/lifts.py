@@ -102,3 +102,21 @@ def _breaks(links: Floats, impossible: Bools) -> Bools:
     poses[:, :-1] |= broken
     poses |= ~np.any(poses, axis=1, keepdims=True)
     return poses & impossible[:, None]
+
+
+def nearest_lifts(values: Ball, lower: float, upper: float, reference: float) -> Floats:
+    """(...) lower bound of ``(q - q*)²`` for values (...) [rad] modulo 2π, each by itself; inf outside the limits."""
+    centre, radius = values.centre, values.radius
+    count = (upper - lower) / TURN + 2.0
+    if not count < MOST_LIFTS + 1:
+        off = np.abs(centre - reference - TURN * np.round((centre - reference) / TURN))
+        return np.maximum(off - radius, 0.0) ** 2
+    first = np.ceil((lower - centre - radius) / TURN)
+    best = np.full(centre.shape, np.inf)
+    for lift in range(int(count)):
+        lifted = centre + TURN * (first + lift)
+        low, high = np.maximum(lifted - radius, lower), np.minimum(lifted + radius, upper)
+        off = np.maximum(np.maximum(low - reference, reference - high), 0.0) ** 2
+        best = np.minimum(best, np.where(low <= high, off, np.inf))
+    outside = max(lower - reference, reference - upper, 0.0) ** 2
+    return np.where(radius >= np.pi, outside, best)

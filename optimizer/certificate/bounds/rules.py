@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arm import TURN
+from models.arm import SINGULAR_WRIST, TURN
 from models.arrays import Bools, Floats
 from models.jobs import joined
+from models.kept import KEPT
 from optimizer.certificate.bounds.angles.joints import SLACK
 from optimizer.certificate.bounds.yaw import Shifts
 from optimizer.reduced import ReducedProblem
@@ -25,6 +26,7 @@ class Rules:
         shifts: what yaw and turns of 2π allow joint 1.
         jobs: the poses of each job. joined: (m - 1,) True where the next pose is one of the same job.
         counts: (m,) what the poses count for in the objective; None for 1.
+        smallest_wrist: rad, distance that the wrist keeps from its singularity; 0 where singularities are allowed.
     """
 
     lower: Floats
@@ -36,6 +38,7 @@ class Rules:
     jobs: tuple[slice, ...]
     joined: Bools
     counts: Floats | None
+    smallest_wrist: float = 0.0
 
     def share(self, job: slice) -> Floats | None:
         """What the poses of a job count for."""
@@ -58,4 +61,5 @@ class Rules:
             jobs=problem.jobs,
             joined=joined(problem.starts, len(problem.positions)),
             counts=problem.weights,
+            smallest_wrist=SINGULAR_WRIST - KEPT - SLACK if arm.avoid_singularities else 0.0,
         )

@@ -20,6 +20,7 @@ from optimizer.certificate.bounds.angles.expansion import Enclosed, Expansion
 from optimizer.certificate.bounds.ball import Ball
 from optimizer.certificate.bounds.linear import Linear
 from optimizer.certificate.bounds.rules import Rules
+from optimizer.certificate.bounds.together import JOINTS
 from optimizer.certificate.bounds.turns import FirstOrder, choose_turns, per_pose
 from optimizer.certificate.bounds.yaw import unwrapped
 
@@ -77,13 +78,20 @@ def _linearised(
     )
     used = turns.certain & np.stack([np.all(linked[..., _inner(job)], axis=-1) for job in rules.jobs], axis=-1)
     fine = per_pose(used, rules) & found.regular & (expansion.rest < values.radius)
+    if costs.together is not None:
+        fine[1:] &= ~costs.together.near
     count = rules.weights[:, None, None] if rules.counts is None else rules.weights[:, None, None] * rules.counts
     unavoidable = _distance(values + offset, limits) ** 2 * count
     unavoidable[0] = 0.0
     left = np.where(fine, 0.0, unavoidable)
     apart = np.where(used, np.stack([np.sum(left[..., job], axis=-1) for job in rules.jobs], axis=-1), costs.joints)
     constant = np.sum(np.sum(apart, axis=-1), axis=0)
-    constant += np.sum(np.where(used[3] | used[5], 0.0, costs.twist), axis=-1)
+    if costs.together is None:
+        constant += np.sum(np.where(used[3] | used[5], 0.0, costs.twist), axis=-1)
+    else:
+        terms = np.where(per_pose(used, rules), left, costs.together.each)
+        more = costs.together.sums(terms, rules) - np.sum(apart[list(JOINTS)], axis=0)
+        constant += np.sum(np.maximum(more, 0.0), axis=-1)
 
     slopes = np.zeros((6, n, m, dims + 1))
     slopes[..., :dims] = np.moveaxis(expansion.slopes, 1, -1)

@@ -12,6 +12,7 @@ from models.arrays import Bools, Floats
 from optimizer.certificate.bounds.ball import Ball
 from optimizer.certificate.bounds.common_shift import common_shift
 from optimizer.certificate.bounds.rules import Rules
+from optimizer.certificate.bounds.together import Together
 from optimizer.certificate.bounds.yaw import Shifts
 from optimizer.paths import mean
 
@@ -25,14 +26,17 @@ class FirstOrder:
 
     Attributes:
         joints: (6, N, B) weighted cost of each joint in each job; all of joint 1 is in the first one.
-        twist: (N, B) what joints 4 and 6 cost more together than one by one.
+        twist: (N, B) what joints 4 and 6 (for three parallel axes also 2 and 3) cost more together than one by one.
+        together: the same pose by pose for three parallel axes; None where it says nothing.
     """
 
     joints: Floats
     twist: Floats
+    together: Together | None = None
 
     def __getitem__(self, rows: Bools) -> FirstOrder:
-        return FirstOrder(self.joints[:, rows], self.twist[rows])
+        together = None if self.together is None else self.together[rows]
+        return FirstOrder(self.joints[:, rows], self.twist[rows], together)
 
     @property
     def total(self) -> Floats:

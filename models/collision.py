@@ -154,6 +154,15 @@ class CollisionModel:
             frames, self._ends(frames), np.ones(len(self.bodies.first), dtype=np.bool_), np.tile(jobs, many)
         )
 
+    def arranged(self, frames: Floats, jobs: Ints, counted: Bools) -> Configurations:
+        """Configurations whose frames are known.
+
+        Args:
+            frames: (K, F, 4, 4) in the world, as in `Configurations`. jobs: (K,) numbers of the jobs.
+            counted: (P,) pairs that count; frames that these do not need may be anything.
+        """
+        return Configurations(frames, self._ends(frames), counted, jobs)
+
     def _ends(self, frames: Floats) -> Floats:
         own = frames[:, self.bodies.frames]
         ends: Floats = self.bodies.ends @ own[..., :3, :3].swapaxes(-1, -2) + own[..., None, :3, 3]

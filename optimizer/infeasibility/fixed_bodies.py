@@ -1,0 +1,132 @@
+"""Bodies whose places the task alone decides: the part, and the last link and tool of every arm.
+
+They are where they are whatever the bases and postures, so what they come too near to is a proof. Looked at are the
+poses and samples of the straight way between poses of one job.
+"""
+
+from __future__ import annotations
+
+from math import radians
+
+import numpy as np
+
+from models.arrays import Bools, Floats, Ints
+from models.cell import Cell
+from models.collision import CollisionModel, Configurations, Contact
+from models.kept import KEPT
+from models.pose import inverse
+from models.surroundings import PairClass
+from optimizer.infeasibility.cause import Infeasibility, millimetres, rounded_down, surely_short
+from optimizer.path_samples import ObjectPath
+
+SHIFT, TURN = 5e-3, radians(1.0)
+"""m and rad of the object between samples of its way, ..."""
+MOST = 400
+"""... which lie farther apart where there would be more than so many."""
+NAMED = 3
+"""Causes that are told."""
+
+
+def fixed_body_conflicts(cell: Cell, model: CollisionModel) -> tuple[Infeasibility, ...]:
+    """Pairs of fixed bodies that are nearer to each other than is asked for, the worst first.
+
+    Args:
+        cell: task, arms and clearances. model: of the cell.
+    """
+    pairs = _fixed_pairs(cell, model)
+    if not np.any(pairs):
+        return ()
+    step, fraction = _samples(cell)
+    m = len(cell.task)
+    objects = np.concatenate([cell.task.poses, ObjectPath(cell.task.poses).at(step[m:], fraction[m:])])
+    places = _placed(cell, model, objects, step, pairs)
+    bounds = model.bounds(places)
+    found = []
+    for group in _groups(model, pairs):
+        pair_class = model.bodies.kinds[group[0]]
+        required = cell.surroundings.clearances.required(pair_class) or 0.0
+        hidden = np.full_like(bounds, np.inf)
+        hidden[:, group] = np.where(bounds[:, group] < required - KEPT, bounds[:, group], np.inf)
+        nearest = model.closest(places, pair_class, hidden)
+        if nearest is not None and surely_short(nearest[1].distance, required):
+            k, contact = nearest
+            found.append(_cause(contact, pair_class, required, int(step[k]), float(fraction[k])))
+    found.sort(key=lambda cause: cause.possible if cause.possible is not None else -1.0)
+    return tuple(found[:NAMED])
+
+
+def _fixed_pairs(cell: Cell, model: CollisionModel) -> Bools:
+    """(P,) True for pairs of bodies that the task places, or one that it places and an obstacle."""
+    b = model.bodies
+    given = [owner.part or (owner.arm is not None and owner.link == cell.arms[owner.arm].dof) for owner in b.owners]
+    last: Bools = np.array(given, dtype=np.bool_)
+    still: Bools = np.array([owner.arm is None and not owner.part for owner in b.owners], dtype=np.bool_)
+    first, second = b.first, b.second
+    own = np.array([kind is PairClass.SELF for kind in b.kinds], dtype=np.bool_)
+    return np.asarray((last[first] & (last | still)[second]) | (still[first] & last[second])) & ~own
+
+
+def _samples(cell: Cell) -> tuple[Ints, Floats]:
+    """Poses, then places between them: index of the pose before (K,), fraction of the way to the next (K,)."""
+    path, m = ObjectPath(cell.task.poses), len(cell.task)
+    apart = np.maximum(np.linalg.norm(path.shifts, axis=1) / SHIFT, np.linalg.norm(path.turns, axis=1) / TURN)
+    apart = np.where(cell.task.joined, apart, 0.0)
+    apart *= min(1.0, MOST / max(float(np.sum(apart)), 1.0))
+    cuts = np.maximum(np.ceil(apart), 1).astype(np.int64)
+    step = np.repeat(np.arange(m - 1), cuts)
+    fraction = np.concatenate([np.arange(cut) / cut for cut in cuts]) if m > 1 else np.zeros(0)
+    between = fraction > 0.0
+    return np.concatenate([np.arange(m), step[between]]), np.concatenate([np.zeros(m), fraction[between]])
+
+
+def _placed(cell: Cell, model: CollisionModel, objects: Floats, step: Ints, pairs: Bools) -> Configurations:
+    """The fixed bodies in the world; frames of other links are not set, their pairs do not count."""
+    frames: Floats = np.tile(np.eye(4), (len(objects), model.offsets[-1], 1, 1))
+    frames[:, 1] = objects
+    for a, arm in enumerate(cell.arms):
+        flange = objects @ cell.grasps(arm)[step] @ inverse(arm.tool)
+        frames[:, model.offsets[a] + arm.dof] = flange @ inverse(arm.robot.flange_placement)
+    return model.arranged(frames, cell.task.job_of[step], pairs)
+
+
+def _groups(model: CollisionModel, pairs: Bools) -> list[Ints]:
+    """Pairs by class, arms and names of the bodies: one cause each."""
+    b = model.bodies
+    groups: dict[tuple[object, ...], list[int]] = {}
+    for pair in np.flatnonzero(pairs):
+        i, j = b.first[pair], b.second[pair]
+        groups.setdefault((b.kinds[pair], b.owners[i], b.owners[j], b.names[j]), []).append(int(pair))
+    return [np.array(group, dtype=np.int64) for group in groups.values()]
+
+
+def _cause(contact: Contact, pair_class: PairClass, required: float, pose: int, fraction: float) -> Infeasibility:
+    """In words."""
+    gap = contact.distance
+    first = f"the part ({contact.first})" if contact.first_owner.part else contact.first
+    how = f"comes within {millimetres(gap)} of" if gap > 0.0 else f"penetrates {millimetres(-gap)} into"
+    where = f"at pose {pose}" if fraction == 0.0 else f"between poses {pose} and {pose + 1}"
+    possible = rounded_down(gap) if gap >= 0.0 else None
+    less = "" if possible is None else f"ask for {millimetres(possible)} instead of {millimetres(required)}, or "
+    away = millimetres(required - gap)
+    movable = {
+        PairClass.PART_OBSTACLE: f"move the path or {contact.second} {away} away",
+        PairClass.ARM_OBSTACLE: f"move the path or {contact.second} {away} away, or change the grasp or the tool",
+    }.get(pair_class, f"move the grasps {away} apart, or change a tool")
+    detail = (
+        f"{first} {how} {contact.second} {where}, wherever the bases stand; {millimetres(required)} are asked for: "
+        f"{less}{movable}"
+    )
+    arms = tuple(o.arm for o in (contact.first_owner, contact.second_owner) if o.arm is not None)
+    return Infeasibility(
+        kind="collision",
+        detail=detail,
+        arms=arms,
+        poses=(pose,) if fraction == 0.0 else (pose, pose + 1),
+        bodies=(contact.first, contact.second),
+        pair_class=pair_class,
+        required=required,
+        possible=possible,
+        missing=required - gap,
+        pointer=f"/clearance/{pair_class}",
+        unit="m",
+    )

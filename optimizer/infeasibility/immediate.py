@@ -1,0 +1,52 @@
+"""What can be proved impossible before any search, in some tens of milliseconds."""
+
+from __future__ import annotations
+
+from models.cell import Cell
+from models.collision import CollisionModel
+from optimizer.infeasibility.base_regions import floor_conflicts, region_conflicts
+from optimizer.infeasibility.cause import Infeasibility
+from optimizer.infeasibility.coupling_conflicts import coupling_conflicts
+from optimizer.infeasibility.fixed_bodies import fixed_body_conflicts
+from optimizer.infeasibility.relative_bases import relative_base_conflicts
+from optimizer.infeasibility.self_distances import self_distance_conflicts
+from optimizer.layout import Layout, Outcome, Search
+from optimizer.measure import jobs_of
+from optimizer.reasons import name_jobs
+
+
+def immediate_infeasibility(cell: Cell) -> tuple[Infeasibility, ...]:
+    """Causes each of which proves that a cell has no layout; empty where none is found, which proves nothing.
+
+    Args:
+        cell: any cell with arms. Singularities are not looked at, so the proofs hold whatever is said of them.
+    """
+    clearances = cell.surroundings.clearances
+    model = CollisionModel(cell.arms, cell.surroundings) if clearances.any else None
+    found = list(coupling_conflicts(cell))
+    if model is not None:
+        found += fixed_body_conflicts(cell, model)
+        found += self_distance_conflicts(cell, model)
+    found += region_conflicts(cell)
+    found += floor_conflicts(cell)
+    if not found:
+        found += relative_base_conflicts(cell, model)
+    return tuple(found)
+
+
+def refused(cell: Cell, causes: tuple[Infeasibility, ...], wall_time: float) -> Layout:
+    """The answer for a cell that was proved impossible before any search.
+
+    Args:
+        cell: the cell. causes: at least one. wall_time: s that the proof took.
+    """
+    return Layout(
+        outcome=Outcome.INFEASIBLE,
+        objective=None,
+        placements=(),
+        reasons=name_jobs(cell.task, tuple(cause.reason(cell) for cause in causes)),
+        proved=True,
+        search=Search(candidates=0, starts=0, basins=0, wall_time=wall_time),
+        verification=None,
+        jobs=jobs_of(cell, ()),
+    )

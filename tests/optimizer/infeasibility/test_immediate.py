@@ -1,0 +1,177 @@
+"""What is proved before any search is so, with numbers that sampling and Coal agree with; what has a layout is kept."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.cells import real_cell
+from models.arm import Interval
+from models.cell import Cell
+from models.collision import CollisionModel
+from models.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from models.floor import Floor, Footprint
+from models.link_frames import link_frames
+from models.pose import transform
+from models.separation import separation
+from models.shapes import Body, Box
+from models.surroundings import Clearances, Equipment, PairClass, Part, Surroundings
+from models.task import Task
+from optimizer.infeasibility.immediate import immediate_infeasibility, refused
+from optimizer.infeasibility.self_distances import largest_distance
+from optimizer.layout import Outcome
+from optimizer.optimize import optimize
+from tests.support.arms import make_arm, region
+
+HOLD = Task(np.tile(transform(np.diag([1.0, -1.0, -1.0]), [0.0, 0.0, 0.5]), (2, 1, 1)))
+TABLE = Body("conveyor", transform(np.eye(3), [0.0, 0.0, 0.2]), Box(np.array([1.0, 1.0, 0.4])))
+
+
+def held(name: str, clearances: Clearances, **around: object) -> Cell:
+    """One arm that holds an object still half a metre up."""
+    arm = make_arm(name, "arm", base=region((-3, 3), (-3, 3), (0, 0)))
+    return Cell(HOLD, (arm,), surroundings=Surroundings(clearances=clearances, **around))
+
+
+@pytest.mark.parametrize(("gap", "kept"), [(0.02, True), (0.02 - 5e-7, True), (0.0199, False)])
+def test_a_part_at_exactly_the_distance_asked_for_is_kept(gap, kept):
+    part = Part((Body("part", transform(np.eye(3), [0.0, 0.0, -0.05 + gap]), Box(np.array([0.1, 0.1, 0.1]))),))
+    # The object's frame is upside down half a metre up: the part's lower side is at 0.5 - gap + 0.05 - 0.05.
+    lower = replace(TABLE, pose=transform(np.eye(3), [0.0, 0.0, 0.3 - 2.0 * gap]))
+    cell = held("ur5e", Clearances(part_obstacle=0.02), part=part, obstacles=(lower,))
+    causes = immediate_infeasibility(cell)
+    assert (not causes) == kept
+    for cause in causes:
+        assert (cause.kind, cause.pair_class) == ("collision", PairClass.PART_OBSTACLE)
+        assert cause.bodies == ("part", "conveyor")
+        assert cause.possible == pytest.approx(gap, abs=1.01e-4)
+        assert cause.possible <= gap + 1e-6
+        assert "conveyor" in cause.detail
+
+
+@pytest.mark.parametrize(("name", "asked"), [("ur10e", 0.016), ("iiwa7", 0.05), ("ur10e", 0.013)])
+def test_links_that_no_joint_angles_keep_apart_are_told_with_what_is_possible(name, asked):
+    cell = held(name, Clearances(self_collision=asked))
+    causes = immediate_infeasibility(cell)
+    arm, model = cell.arms[0], CollisionModel(cell.arms, cell.surroundings)
+    b, rng = model.bodies, np.random.default_rng(1)
+    postures = link_frames(arm.robot, rng.uniform(-np.pi, np.pi, (150, arm.dof)).clip(arm.lower, arm.upper))
+    for pair in range(len(b.first)):
+        i, j = sorted((b.first[pair], b.second[pair]), key=lambda k: b.owners[k].link)
+        links = b.owners[i].link, b.owners[j].link
+        if links[1] - links[0] != 2:
+            continue
+        largest = largest_distance(arm, (links[0], b.bodies[i]), (links[1], b.bodies[j]), np.inf)
+        seen = [
+            separation(
+                b.bodies[i].shape, f[links[0]] @ b.bodies[i].pose, b.bodies[j].shape, f[links[1]] @ b.bodies[j].pose
+            ).distance
+            for f in postures
+        ]
+        assert largest.found - 1e-9 <= largest.bound
+        assert max(seen) <= largest.bound + 1e-6
+        told = [cause for cause in causes if cause.bodies == (b.names[i], b.names[j])]
+        assert bool(told) == (largest.bound < asked - 3e-6)
+        for cause in told:
+            assert cause.possible == pytest.approx(largest.found, abs=1.01e-4)
+    assert bool(causes) == (asked != 0.013)
+
+
+@pytest.mark.parametrize("seed", [0, 2, 4, 5, 6, 8, 10, 12, 24, 33, 38, 39])
+def test_of_random_cells_only_those_without_a_layout_are_refused(seed):
+    made = real_cell(seed)
+    causes = immediate_infeasibility(made.cell)
+    assert bool(causes) == (made.kind == "blocked")
+
+
+@pytest.mark.parametrize(
+    ("seed", "kind"), [(3, "collision"), (13, "floor"), (23, "out_of_reach"), (43, "collision"), (83, "collision")]
+)
+def test_blocked_cells_are_refused_without_a_search_and_say_why(seed, kind):
+    answer = optimize(real_cell(seed).cell)
+    assert answer.outcome is Outcome.INFEASIBLE
+    assert answer.proved
+    assert answer.search.candidates == 0
+    assert kind in {reason.kind for reason in answer.reasons}
+
+
+def pair(**around: object) -> Cell:
+    """Two arms that may stand on either side of what they hold."""
+    arms = (
+        make_arm("ur5e", "left", base=region((-0.6, -0.3), (-0.4, 0.4), (0.0, 0.2))),
+        make_arm("ur5e", "right", base=region((0.3, 0.6), (-0.4, 0.4), (0.1, 0.3))),
+    )
+    return Cell(HOLD, arms, **around)
+
+
+@pytest.mark.parametrize(
+    ("couplings", "words"),
+    [
+        ((Distance((0, 1), 1.7, 2.0),), "ask for 1.442 m"),
+        ((Distance((0, 1), 0.0, 0.5),), "ask for 0.6 m"),
+        ((Distance((0, 1), 1.1, 2.0), Distance((0, 1), 0.0, 1.0)), "distance (coupling 0)"),
+        ((Direction((0, 1), np.pi / 2),), "direction"),
+        ((Rail((0, 1), 0.0, (0.0, 1.0)),), "rail"),
+        ((Mirror((0, 1), (0.0, 0.9), 0.0),), "mirror"),
+        ((SameHeight((0, 1)), Direction((0, 1), np.pi)), "direction"),
+    ],
+)
+def test_couplings_that_no_bases_keep_are_named(couplings, words):
+    causes = immediate_infeasibility(pair(couplings=couplings))
+    assert {cause.kind for cause in causes} == {"coupling"}
+    assert all(set(cause.arms) == {0, 1} for cause in causes)
+    assert words in causes[0].detail
+
+
+def test_mirrored_yaws_need_intervals_that_meet():
+    cell = pair(couplings=(Mirror((0, 1), (0.0, 0.0), np.pi / 2),))
+    bases = [replace(arm.base, yaw=Interval(0.1 * a, 0.1 * a + 0.2)) for a, arm in enumerate(cell.arms)]
+    cell = replace(cell, arms=tuple(replace(arm, base=base) for arm, base in zip(cell.arms, bases, strict=True)))
+    (cause,) = immediate_infeasibility(cell)
+    assert cause.missing == pytest.approx(np.pi - 0.5)  # the yaws add up to 0.1 to 0.5 rad, not to π
+    turned = replace(cell, couplings=(Mirror((0, 1), (0.0, 0.0), 0.1 + np.pi),))
+    assert not [cause for cause in immediate_infeasibility(turned) if "yaws" in cause.detail]
+
+
+def test_couplings_that_some_bases_keep_are_never_refused():
+    rng, made = np.random.default_rng(6), pair()
+    for _ in range(40):
+        low, high = np.array([arm.base.bounds for arm in made.arms]).transpose(2, 0, 1)
+        bases = rng.uniform(low, high)
+        bases[1, 2] = bases[0, 2] = rng.uniform(0.1, 0.2)
+        apart = bases[1, :2] - bases[0, :2]
+        angle, far = float(np.arctan2(apart[1], apart[0])), float(np.hypot(*apart))
+        ties = (
+            Distance((0, 1), far, far),
+            Direction((0, 1), angle),
+            Rail((0, 1), angle, tuple(bases[0, :2])),
+            SameHeight((0, 1)),
+        )
+        chosen = tuple(tie for tie in ties if rng.random() < 0.6)
+        assert not immediate_infeasibility(replace(made, couplings=chosen))
+
+
+def test_a_floor_without_room_tells_the_margin_that_leaves_some():
+    square = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
+    cell = held(
+        "ur5e",
+        Clearances(),
+        floor=Floor(square, (), 0.45),
+        equipment={"arm": Equipment(footprint=Footprint.disc(0.1))},
+    )
+    (cause,) = immediate_infeasibility(cell)
+    assert (cause.kind, cause.required) == ("floor", 0.45)
+    assert cause.possible == pytest.approx(0.4, abs=1.1e-3)
+    around = replace(cell.surroundings, floor=Floor(square, (), cause.possible))
+    assert not immediate_infeasibility(replace(cell, surroundings=around))
+
+
+def test_a_refusal_has_a_reason_for_every_cause():
+    cell = replace(held("ur5e", Clearances()), arms=(make_arm("ur5e", "arm", base=region((9, 9.5), (9, 9.5), (0, 0))),))
+    causes = immediate_infeasibility(cell)
+    answer = refused(cell, causes, 0.01)
+    assert [reason.kind for reason in answer.reasons] == ["out_of_reach"]
+    assert answer.reasons[0].amount == causes[0].missing > 7.0
+    assert not answer.placements

@@ -11,6 +11,8 @@ from optimizer.certificate.budget import automatic
 from optimizer.coupled.layout import coupled_layout
 from optimizer.coupled.search import CoupledSearch, search_coupled
 from optimizer.events import Verified
+from optimizer.infeasibility.cause import Infeasibility
+from optimizer.infeasibility.immediate import immediate_infeasibility, refused
 from optimizer.layout import Certificate, Layout, Outcome, Placement, Reason, Search
 from optimizer.measure import jobs_of, placed
 from optimizer.penalty import run_baseline
@@ -46,7 +48,11 @@ def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | 
     started = time.perf_counter()
     table = timetable(cell, settings, progress)
     with recording(cell, started) as incumbents:
-        layout = _solved(cell, settings, started, table)
+        causes = immediate_infeasibility(cell)
+        if causes:
+            layout = _with_others(cell, causes, settings, refused(cell, causes, time.perf_counter() - started))
+        else:
+            layout = _solved(cell, settings, started, table)
     first = incumbents.first_time if layout.usable else None
     layout = replace(layout, search=replace(layout.search, first_feasible_time=first))
     if layout.verification is not None:
@@ -61,6 +67,17 @@ def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | 
         table.stage("baselines")(f"baseline {method}", index / len(settings.baselines))
         baselines.append(run_baseline(method, cell, settings))
     return replace(layout, baselines=tuple(baselines))
+
+
+def _with_others(cell: Cell, causes: tuple[Infeasibility, ...], settings: Settings, layout: Layout) -> Layout:
+    """A refusal with the placements of the arms that it does not concern, where nothing ties them to the others."""
+    blamed = {arm for cause in causes for arm in cause.arms}
+    free = [arm for index, arm in enumerate(cell.arms) if index not in blamed]
+    if cell.coupled or not blamed or not free:
+        return layout
+    deadline = time.perf_counter() + settings.time_limit
+    found = _layout(cell, [search_arm(cell, arm, settings, deadline) for arm in free], None, layout.search.wall_time)
+    return replace(layout, placements=found.placements, verification=found.verification, jobs=found.jobs)
 
 
 def _solved(cell: Cell, settings: Settings, started: float, table: Timetable) -> Layout:

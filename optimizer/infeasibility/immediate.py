@@ -45,7 +45,6 @@ def refused(cell: Cell, causes: tuple[Infeasibility, ...], wall_time: float) -> 
         objective=None,
         placements=(),
         reasons=name_jobs(cell.task, tuple(cause.reason(cell) for cause in causes)),
-        proved=True,
         search=Search(candidates=0, starts=0, basins=0, wall_time=wall_time),
         verification=None,
         jobs=jobs_of(cell, ()),

@@ -1,8 +1,8 @@
 """Search of one arm that has no reduced problem: seven joints, no closed form, or a tilted first axis.
 
 Stages of Gauss-Newton leave a few candidates, IPOPT polishes them (`optimizer.single_arm.stages`). Two further nets are
-cast where joints have more than one turn, or where nothing usable was found: paths recombined from all seeds'
-postures, and paths followed from random postures (`optimizer.continuation`).
+cast where joints have more than one turn, where the task is uneven, or where candidates had to give way: paths recombined
+from all seeds' postures, and paths followed from random postures (`optimizer.continuation`).
 """
 
 from __future__ import annotations
@@ -33,6 +33,10 @@ from optimizer.watch import check_stop
 Optimum = tuple[float, ArmPoint]
 Solver = Callable[[ArmPoint], list[Optimum]]
 """A local solve: the usable optimum reached from a start, or nothing."""
+UNEVEN = 1.4
+"""Times the mean weight of the poses looked at; steady tasks of one weight stay below."""
+CHEAPER = 0.99
+"""A candidate that costs less than this share of the best optimum has been changed much on its way there."""
 SAME_OBJECTIVE = 1e-6
 """Relative; optima nearer than that are one."""
 ROUNDS = 3
@@ -103,7 +107,8 @@ def _round(cell: Cell, problem: UnreducedProblem, search: UnreducedSearch, nets:
     found = staged(problem, nets.parameters, nets.seed)
     if found is not None and not nets.late:
         _polish(cell, problem, search, found.seeds, nets)
-        if (many_turns(problem) or not search.optima) and not nets.late:
+        doubtful = many_turns(problem) or uneven(found.middle) or _cheaper(cell, problem, search, found.seeds)
+        if doubtful and not nets.late:
             _polish(cell, problem, search, _recombined(found, nets), nets)
     if (np.any(problem.endless) or not search.optima) and not nets.late:
         _follow(cell, problem, search, nets)
@@ -117,6 +122,17 @@ def _round(cell: Cell, problem: UnreducedProblem, search: UnreducedSearch, nets:
 def many_turns(problem: UnreducedProblem) -> bool:
     """True if some joint has more than a turn."""
     return bool(np.any(problem.upper - problem.lower > TURN))
+
+
+def uneven(problem: UnreducedProblem) -> bool:
+    """True if the task has several jobs, or poses that count for much more or less than others."""
+    return len(problem.starts) > 1 or float(np.max(problem.weights)) > UNEVEN * float(np.mean(problem.weights))
+
+
+def _cheaper(cell: Cell, problem: UnreducedProblem, search: UnreducedSearch, seeds: Seeds) -> bool:
+    """True if some candidate costs less than the best optimum: it breaks something, which other postures may not."""
+    paths = (seeds.joints[:, :, k].T for k in range(len(seeds)))
+    return any(objective_of(cell.task, problem.arm, path) < CHEAPER * search.best for path in paths)
 
 
 def _polish(cell: Cell, problem: UnreducedProblem, search: UnreducedSearch, seeds: Seeds, nets: _Nets) -> None:

@@ -14,6 +14,9 @@ from models.arrays import Floats
 from models.closed_form import ClosedForm, closed_form
 from models.kept import KEPT
 
+ROUNDING = 1e-9
+"""rad"""
+
 
 def wrist_distance(form: ClosedForm, fifth: Floats) -> Floats:
     """(...) rad in [0, π/2], distance of values of joint 5 (...) [rad] from the nearer singular one."""
@@ -32,6 +35,12 @@ def wrist_shortfall(arm: Arm, joints: Floats) -> Floats:
     form = closed_form(arm.robot)
     if form is None or not arm.avoid_singularities:
         return np.zeros(joints.shape[1:-1])
-    nearest = np.min(wrist_distance(form, joints[4]), axis=-1, initial=0.5 * np.pi)
-    shortfall: Floats = np.maximum(SINGULAR_WRIST - KEPT - nearest, 0.0)
+    off = joints[4] - form.wrist_zero  # in few passes: this is asked for at every base that is looked at
+    np.abs(off, out=off)
+    np.subtract(off, 0.5 * np.pi, out=off)
+    np.abs(off, out=off)
+    farthest = np.max(off, axis=-1, initial=0.0)
+    if np.max(farthest, initial=0.0) > 0.5 * np.pi + ROUNDING:  # joint 5 is on other turns
+        farthest = 0.5 * np.pi - np.min(wrist_distance(form, joints[4]), axis=-1, initial=0.5 * np.pi)
+    shortfall: Floats = np.maximum(farthest - (0.5 * np.pi - SINGULAR_WRIST + KEPT), 0.0)
     return shortfall

@@ -220,7 +220,10 @@ def conditioning_shortfall(problem: ReducedProblem, joints: Floats) -> Floats:
 def _paths(problem: ReducedProblem, branches: Branches) -> Paths:
     arm = problem.arm
     jobs = problem.weights, problem.starts
-    singular = wrist_shortfall(arm, branches.joints)
+    if len(branches.missing) == len(ALL_SIGNS):  # the two signs of the wrist are as near to the singularity
+        singular = np.repeat(wrist_shortfall(arm, branches.joints[:, ::2]), 2, axis=0)
+    else:
+        singular = wrist_shortfall(arm, branches.joints)
     joints, step = unwrap(branches.joints, problem.starts)
     beyond = np.zeros(step.shape[1:])
     for i in range(1, 6):

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -27,6 +28,7 @@ from models.branches import posture_terms, solve_signed
 from models.cell import Cell
 from models.closed_form import ClosedForm, closed_form
 from models.pose import inverse
+from models.task import Task
 from models.wrist_singularity import wrist_distance
 from optimizer.clearance import Break, LimitExcess
 from optimizer.path_samples import STRAY, ObjectPath, follow, keep_inside
@@ -113,7 +115,7 @@ def follow_way(cell: Cell, arm: Arm, point: ArmPoint, resolution: Resolution | N
         resolution: where to stop looking for limits; default 1 mm and 0.5°.
     """
     resolution = resolution or Resolution(most_samples=MOST)
-    path, form = ObjectPath(cell.task.poses), closed_form(arm.robot)
+    path, form = _object_path(cell.task), closed_form(arm.robot)
     grasps, tool = cell.grasps(arm), inverse(arm.tool)
     follower = _follower(arm, point)
     step = np.flatnonzero(cell.task.joined)
@@ -142,6 +144,12 @@ def follow_way(cell: Cell, arm: Arm, point: ArmPoint, resolution: Resolution | N
         close &= np.tile(_long(path, open_, resolution), 2)
         open_ = halves[close | np.tile(far, 2)]
     return Way(tuple(breaks), tuple(beyond[i] for i in sorted(beyond)), samples)
+
+
+@lru_cache(maxsize=4)
+def _object_path(task: Task) -> ObjectPath:
+    """The object's way, the same for all arms."""
+    return ObjectPath(task.poses)
 
 
 # --- where the arm is in the middle -----------------------------------------------------------------------------------
@@ -237,11 +245,14 @@ def _may_leave_reach(form: ClosedForm, at: _Stretches, joints: Floats) -> Bools:
     known = np.stack([at.before, joints, at.after])
     front, _, _ = posture_terms(form, np.moveaxis(known, -1, 0), np.sin, np.cos)
     cosine = np.cos(form.planar.elbow_angle + form.turns[2] * known[..., 2])
-    doubtful = []
-    for margin in (front**2, 1.0 - cosine, 1.0 + cosine):
-        sag = np.abs(margin[1] - 0.5 * (margin[0] + margin[2]))
-        doubtful.append(np.minimum(margin[[0, 2]], margin[1]) <= 0.5 * SAFETY * sag)
-    met: Bools = np.any(doubtful, axis=0).ravel()
+    square = front**2
+    bowed, sagging = (0.5 * SAFETY * np.abs(x[1] - 0.5 * (x[0] + x[2])) for x in (square, cosine))
+    doubtful = (
+        np.minimum(square[::2], square[1]) <= bowed,
+        np.minimum(cosine[::2], cosine[1]) - sagging <= -1.0,
+        np.maximum(cosine[::2], cosine[1]) + sagging >= 1.0,
+    )
+    met: Bools = np.logical_or.reduce(doubtful).ravel()
     return met
 
 

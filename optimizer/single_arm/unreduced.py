@@ -1,8 +1,8 @@
 """Search of one arm that has no reduced problem: seven joints, no closed form, or a tilted first axis.
 
 Stages of Gauss-Newton leave a few candidates, IPOPT polishes them (`optimizer.single_arm.stages`). Two further nets are
-cast where joints have more than one turn, where the task is uneven, or where candidates had to give way: paths recombined
-from all seeds' postures, and paths followed from random postures (`optimizer.continuation`).
+cast where joints have more than one turn, where the task is uneven, or where candidates had to give way: paths
+recombined from all seeds' postures, and paths followed from random postures (`optimizer.continuation`).
 """
 
 from __future__ import annotations

@@ -37,8 +37,8 @@ def _headline(resource: dict[str, Any]) -> str:
     result = resource["result"]
     name = f"{resource['name']}: " if resource["name"] else ""
     objective = "" if result["objective"] is None else f", objective {result['objective']:.4f}"
-    proof = " (proved)" if result["proved"] else ""
-    return f"{name}{result['outcome']}{proof}{objective}"
+    cut = " (cut by time)" if result["search"].get("ended") is False else ""
+    return f"{name}{result['outcome']}{cut}{objective}"
 
 
 def _placements(arms: list[dict[str, Any]]) -> Table:

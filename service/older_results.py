@@ -11,12 +11,15 @@ NEWEST = '"first_feasible_time":'
 
 
 def completed(result: str) -> str:
-    """JSON of a stored result with every field of this version; that of a result of this version as it is."""
+    """JSON of a stored result with the fields that tell what its word means; that of a result of this version as it is.
+
+    What results of even older versions lack beside these stays out.
+    """
     if NEWEST in result:
         return result
     document: dict[str, Any] = json.loads(result)
     _fill(document["search"], "ended", "first_feasible_time")
-    if document["certificate"] is not None:
+    if document.get("certificate") is not None:
         _fill(document["certificate"], "ended")
     for arm in _arms(document):
         _fill(arm, "singularities")
@@ -26,7 +29,7 @@ def completed(result: str) -> str:
 def _arms(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
     """The arms of the layout, and those of the alternatives."""
     yield from document["arms"]
-    for alternative in document["alternatives"]:
+    for alternative in document.get("alternatives", []):
         yield from alternative["arms"]
 
 

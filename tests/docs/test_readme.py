@@ -33,7 +33,9 @@ BLOCKS = [block for page in PAGES for block in blocks_of(page)]
 LINE = ROOT / "examples" / "line.json"
 
 COMMANDS = ("make", "curl", "docker", "echo", ".venv/bin/duocell", ".venv/bin/openapi-python-client")
-UNSTABLE = {"id", "created_at", "started_at", "finished_at", "search", "version", "request_hash"}
+UNSTABLE = {
+    "id", "created_at", "started_at", "finished_at", "search", "version", "request_hash", "boxes", "wall_time", "gap",
+}  # fmt: skip
 LOCAL = f"http://localhost:{Settings.model_fields['port'].default}"
 
 
@@ -112,7 +114,7 @@ def test_commands_print_what_is_shown(workplace: Path, capsys: pytest.CaptureFix
             assert main(shlex.split(line)[1:]) == 0, line
         printed = capsys.readouterr().out
         if lines and following.kind == "text output":
-            shown, real = tokens(following.text), tokens(printed)
+            shown, real = (tokens(re.sub(r"[\d.]+ s$", "0 s", text, flags=re.M)) for text in (following.text, printed))
             words = [token for token in shown if isinstance(token, str)]
             assert words == [token for token in real if isinstance(token, str)]
             numbers = [token for token in shown if isinstance(token, float)]
@@ -218,7 +220,9 @@ def test_the_evaluation_is_answered_with_the_clearances_that_are_shown() -> None
 
 @pytest.mark.parametrize("block", of_kind("json request"), ids=str)
 def test_whole_requests_are_solved(block: Block) -> None:
-    assert solved(json.loads(block.text)).outcome == "optimal"
+    layout = solved(json.loads(block.text))
+    assert layout.usable
+    assert layout.search.ended
 
 
 def test_defaults_are_the_defaults() -> None:
@@ -244,7 +248,7 @@ def test_the_beam_of_the_readme_is_the_example() -> None:
 
 def test_the_limits_are_the_settings() -> None:
     rows = re.findall(r"^\| .*\| ([\d,]+)?.* \| `DUOCELL_(\w+)` \|$", (ROOT / "docs" / "request.md").read_text(), re.M)
-    assert len(rows) == 17
+    assert len(rows) == 18
     for value, name in rows:
         field = Settings.model_fields[name.lower()]
         assert not value or float(value.replace(",", "")) == field.default, name

@@ -3,8 +3,8 @@
 ``python -m bench.soundness [--count N] [--first SEED] [--seconds S] [--file PATH]``. Every number is a cell: even ones
 are of the hundred of `bench.cells`, odd ones are drawn (tilted mounts, families, all shapes, `min_conditioning`). For
 each arm, boxes from 0.3 mm to 0.3 m around places that the arm reaches are bounded and tested; members of them, half
-of them corners, some with another yaw, are asked for by closed form and Coal. A trial is an independent one: what is
-inscribed, moved and expanded on one side is placed and measured on the other.
+of them corners, some with another yaw, are asked for by closed form and Coal; so are pairs of boxes of two arms that
+contact excludes. What is inscribed, moved and expanded on one side is placed and measured on the other.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 
 from bench.soundness_cells import soundness_cell
 from bench.trial import Record, draw_of, options_of, run, table
-from models.arrays import Floats
+from models.arrays import Floats, Ints
 from models.chain import chain_of
 from models.kept import KEPT
 from models.kinematics import characteristic_length
@@ -26,7 +26,11 @@ from models.posture import ALL_SIGNS
 from models.screws import conditioning_of
 from optimizer.certificate.arm_tree import ArmTree
 from optimizer.certificate.bounds.boxes import Boxes
+from optimizer.certificate.exclusion.causes import TOLERANCE
 from optimizer.certificate.exclusion.exclude import Exclusion
+from optimizer.certificate.nodes import Nodes
+from optimizer.certificate.pairs.contact import Contact
+from optimizer.certificate.pairs.store import PairStore
 from optimizer.coupled.pool import own_lacks
 from optimizer.coupled.scene import Scene
 from optimizer.program import ArmPoint
@@ -34,6 +38,8 @@ from optimizer.reduced import ReducedProblem, evaluate, evaluate_signed, reduced
 
 BOXES, SAMPLES = 200, 16
 """Boxes per arm, and members sampled of each."""
+PAIRS = 4
+"""Pairs of boxes of two arms, per box of one of them."""
 PLACES = 1500
 """Places among which those in reach are looked for."""
 SMALLEST, LARGEST = -3.5, -0.5
@@ -124,7 +130,55 @@ def attempt(number: int, boxes: int = BOXES, samples: int = SAMPLES) -> Record:
             counts["boxes"] += len(trial.boxes)
             counts["excluded"] += int(np.sum(trial.found.code > 0))
             counts += violations(trial, list(trial.members(rng, samples)))
-    return dict(counts)
+    return dict(counts + pair_violations(scene, rng, boxes, samples))
+
+
+def pair_violations(scene: Scene, rng: np.random.Generator, count: int, samples: int) -> Counter[str]:
+    """Counts for pairs of boxes of the first two arms: pairs, those excluded, samples of these, and wrong ones."""
+    trees = [_planted(scene, index, count, rng) for index in (0, 1)] if len(scene.cell.arms) > 1 else [None]
+    counts: Counter[str] = Counter()
+    if scene.model is None or any(tree is None for tree in trees):
+        return counts
+    one, other = (tree for tree in trees if tree is not None)
+    contact = Contact.of(PairStore.of(one), PairStore.of(other), scene.model, scene.required)
+    first, second = (rng.integers(0, len(tree.nodes), PAIRS * count) for tree in (one, other))
+    apart = contact.slack(first, second) < -TOLERANCE
+    counts["pairs"], counts["pairs excluded"] = len(first), int(np.sum(apart))
+    for number in range(samples):
+        points = [_placed(tree, ids[apart], number, rng) for tree, ids in ((one, first), (other, second))]
+        layouts = [[a, b] for a, b in zip(*points, strict=True) if a is not None and b is not None]
+        lacks = scene.contact_lacks(layouts)
+        counts["arm_arm samples"] += len(layouts)
+        counts["arm_arm wrong"] += int(np.sum(lacks <= KEPT))
+    return counts
+
+
+def _planted(scene: Scene, index: int, count: int, rng: np.random.Generator) -> ArmTree | None:
+    """A tree whose nodes are random boxes within reach."""
+    problem = reduced_problem(scene.cell, scene.cell.arms[index])
+    tree = None if problem is None else ArmTree(scene, index, problem)
+    boxes = None if tree is None else _boxes(tree, count, rng)
+    if tree is None or boxes is None:
+        return None
+    tree.nodes = Nodes(boxes)
+    return tree
+
+
+def _placed(tree: ArmTree, ids: Ints, number: int, rng: np.random.Generator) -> list[ArmPoint | None]:
+    """Bases in boxes with their paths; None where a path is not usable."""
+    boxes = tree.nodes.boxes(ids)
+    shares = rng.uniform(-1.0, 1.0, boxes.half.shape)
+    if number % 2:
+        shares = rng.choice([-1.0, 0.0, 1.0], boxes.half.shape)
+    places = boxes.centre + boxes.half * shares
+    paths = evaluate_signed(tree.problem, places, boxes.signs)
+    usable = paths.violation[0] <= 0.0
+    return [
+        ArmPoint(places[k], float(paths.yaw[0, k]), paths.joints[:, 0, k].T, ALL_SIGNS[boxes.posture[k]])
+        if usable[k]
+        else None
+        for k in range(len(boxes))
+    ]
 
 
 def _boxes(tree: ArmTree, count: int, rng: np.random.Generator) -> Boxes | None:

@@ -90,7 +90,10 @@ def _solved(cell: Cell, settings: Settings, started: float, table: Timetable) ->
         _tell_of(cell, searches[-1])
     coupled = _couple(cell, searches, settings, deadline, table)
     searched = time.perf_counter() - started
-    certificate = _certificate(cell, searches, settings, deadline, table)
+    together = coupled or CoupledSearch()
+    certificate = _certificate(cell, searches, together, settings, deadline, table)
+    if coupled is None and together.found:  # the proof found a layout where the search had none to start from
+        coupled = together
     for search in searches:  # the proof may have found something better
         _tell_of(cell, search)
     if coupled is None and time.perf_counter() < deadline:  # what an arm lacked may have been found by the proof
@@ -120,7 +123,12 @@ def _couple(
 
 
 def _certificate(
-    cell: Cell, searches: list[ArmSearch], settings: Settings, deadline: float, table: Timetable
+    cell: Cell,
+    searches: list[ArmSearch],
+    coupled: CoupledSearch,
+    settings: Settings,
+    deadline: float,
+    table: Timetable,
 ) -> Certificate | None:
     """The proof that is asked for, or the automatic one, which the deadline cuts."""
     wanted = settings.certificate
@@ -128,7 +136,7 @@ def _certificate(
         return None
     if wanted == "auto":
         wanted = automatic(cell, max(deadline - time.perf_counter(), 0.0))
-    return prove(cell, searches, wanted, table.stage("proof"))
+    return prove(cell, searches, coupled, wanted, table.stage("proof"))
 
 
 def _layout(cell: Cell, searches: list[ArmSearch], certificate: Certificate | None, wall_time: float) -> Layout:
@@ -141,6 +149,8 @@ def _layout(cell: Cell, searches: list[ArmSearch], certificate: Certificate | No
         if search.best is not None:
             placements.append(placed(cell, search.arm, search.best))
             checks.append(check(cell, search.arm, search.best))
+    if certificate is not None:
+        reasons = [*certificate.reasons, *reasons]
     usable = len(placements) == len(searches) and not cell.coupled
     objective = sum(p.objective for p in placements) if usable else None
     certificate = None if certificate is None else against(certificate, objective)

@@ -81,3 +81,8 @@ class ArmProof:
     obstacles: tuple[Obstacle, ...] = ()
     found: Incumbent | None = None
     note: str = ""
+
+
+def relative_gap(objective: float, lower_bound: float) -> float:
+    """``(objective - lower_bound) / max(objective, 1e-9)``, never below 0 through rounding."""
+    return max(float(objective) - float(lower_bound), 0.0) / max(float(objective), 1e-9)

@@ -12,9 +12,11 @@ import numpy as np
 from models.cell import Cell
 from models.posture import name_signs
 from optimizer.certificate.certify import certify
+from optimizer.certificate.together import prove_together
+from optimizer.coupled.search import CoupledSearch
 from optimizer.layout import ArmCertificate, Certificate
 from optimizer.local import solve_locally
-from optimizer.proof import ArmProof, Incumbent
+from optimizer.proof import ArmProof, Incumbent, relative_gap
 from optimizer.reasons import explain_proof
 from optimizer.reduced import ReducedProblem
 from optimizer.search import ArmSearch, path_from
@@ -26,17 +28,28 @@ log = logging.getLogger(__name__)
 
 
 def prove(
-    cell: Cell, searches: list[ArmSearch], settings: CertificateSettings, report: Callable[[str, float], None]
+    cell: Cell,
+    searches: list[ArmSearch],
+    coupled: CoupledSearch,
+    settings: CertificateSettings,
+    report: Callable[[str, float], None],
 ) -> Certificate:
-    """Bound every arm's objective from below over all that the request allows.
+    """Bound the objective from below over all that the request allows.
 
-    Where a proof meets something better than the search did, the search is corrected in place and the miss is logged.
+    A cell that anything couples is proved as a whole, if all its arms have a reduction; else arm by arm. Where a proof
+    meets something better than the search did, the search is corrected in place and the miss is logged.
 
     Args:
         cell: the cell. searches: of its arms, in order.
+        coupled: search of a coupled cell, empty where there was none.
         settings: gap to reach; time limit and boxes are shared by the arms.
         report: told what is being done and the share of it that is done.
     """
+    problems = [search.problem for search in searches if search.problem is not None]
+    if cell.coupled and len(problems) == len(searches) and not any(search.proved for search in searches):
+        certificate, proof = prove_together(cell, problems, coupled.found, settings, report)
+        coupled.found[:] = proof.known
+        return certificate
     began = time.perf_counter()
     arms: list[ArmCertificate] = []
     for index, search in enumerate(searches):
@@ -66,11 +79,6 @@ def _share(settings: CertificateSettings, seconds: float, boxes: int, arms: int)
     """What one of the arms that are left may take of what is left after some seconds and boxes."""
     left = None if settings.boxes is None else max(settings.boxes - boxes, 0) // arms
     return CertificateSettings(settings.gap, max(settings.time_limit - seconds, 0.0) / arms, left)
-
-
-def relative_gap(objective: float, lower_bound: float) -> float:
-    """``(objective - lower_bound) / max(objective, 1e-9)``, never below 0 through rounding."""
-    return max(float(objective) - float(lower_bound), 0.0) / max(float(objective), 1e-9)
 
 
 def against(certificate: Certificate, objective: float | None) -> Certificate:

@@ -27,7 +27,7 @@ from optimizer.program import ArmPoint
 from optimizer.reduced import ReducedProblem, evaluate_signed
 
 FIRST_BOXES = 100
-"""Boxes per posture to begin with, where the bound is what counts."""
+"""Boxes per posture to begin with, where a good layout is known: larger ones say little."""
 SMALLEST_FIRST = 0.05
 """Side of the boxes to begin with, relative to the reach: no smaller than this."""
 SMALLEST = 1e-3
@@ -58,12 +58,11 @@ class ArmTree:
         boxes: bounded so far. levels: for the tests, see `Excluder`.
     """
 
-    def __init__(self, scene: Scene, index: int, problem: ReducedProblem, first: int = FIRST_BOXES) -> None:
-        """Plant the tree.
+    def __init__(self, scene: Scene, index: int, problem: ReducedProblem) -> None:
+        """Plant the tree: one box per posture.
 
         Args:
             scene: of the cell. index: of the arm. problem: its reduced problem on the full task.
-            first: boxes per posture to begin with.
         """
         self.problem = problem
         self.bounder = BoxBounder.of(problem)
@@ -72,7 +71,7 @@ class ArmTree:
         self.check = AloneCheck.of(scene.cell, problem.arm)
         self.region = reachable_region(kinematics.targets, problem.arm.base.bounds[:3])
         self.tally = Tally(problem, self.region)
-        self.nodes = Nodes(_roots(self.region, problem, first))
+        self.nodes = Nodes(_roots(self.region, problem))
         self.alone: AloneLayout | None = None
         self.boxes = 0
         self.levels: Mapping[int, float] = NO_LEVELS
@@ -92,6 +91,16 @@ class ArmTree:
     def alone_objective(self) -> float:
         """Objective of the best layout of the arm by itself; inf if none is known."""
         return np.inf if self.alone is None else self.alone.objective
+
+    def sow(self, count: int = FIRST_BOXES) -> None:
+        """Cut the roots without a look at them, to ``count`` boxes per posture or sides that are small for the arm."""
+        nodes = self.nodes
+        while len(nodes.leaves()) < count * len(nodes.roots):
+            large = nodes.leaves()
+            large = large[2.0 * nodes.size[large] > SMALLEST_FIRST * self.region.reach]
+            if not len(large):
+                return
+            nodes.split(large)
 
     def work_off(self, cutoff: float, by_size: bool = False) -> bool:
         """One round: bound and test some boxes, or cut some; False if nothing below ``cutoff`` is left to do.
@@ -178,11 +187,8 @@ class ArmTree:
                 self.alone = AloneLayout(point, float(objective[k]))
 
 
-def _roots(region: Region, problem: ReducedProblem, first: int) -> Boxes:
-    extents = np.maximum(region.high - region.low, 0.0)
-    sizes = extents[extents > 0.0]
-    side = max((np.prod(sizes) / first) ** (1.0 / max(len(sizes), 1)), SMALLEST_FIRST * region.reach)
-    return Boxes.grid(region.low, region.high, side, problem.postures & (not region.empty))
+def _roots(region: Region, problem: ReducedProblem) -> Boxes:
+    return Boxes.grid(region.low, region.high, np.inf, problem.postures & (not region.empty))
 
 
 def _codes(found: BoxBounds) -> Ints:

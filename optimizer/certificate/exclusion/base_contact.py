@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from models.arm import Arm
-from models.arrays import Bools, Floats
+from models.arrays import Bools, Floats, Ints
 from models.floor import Floor, Footprint
 from models.pose import rotation_z
 from models.separation import separation
@@ -27,6 +27,8 @@ from optimizer.coupled.scene import world_yaw
 
 SMALL = 0.012
 """m; in boxes whose half sides are no longer, whole bodies are asked for by Coal: that takes 20 to 50 µs a pair."""
+AT_ONCE = 200
+"""Boxes and poses at which points of the base are measured from a link together."""
 LEVEL = 1e-9
 """A base whose axis is this near to the vertical (1 - cosine) turns its footprint as it yaws."""
 
@@ -128,46 +130,56 @@ class BaseContact:
             allowance = points.radius[pair.points] + capsules.radius[pair.capsule] + pair.required
             allowance = allowance + levels.get(pair.cause, 0.0)
             axis = motion.boxes.centre[:, None] + points.place[pair.points, 2, None] * self.arm.mount[:, 2]
-            nearest = _from_segments(axis[:, None], ends) - reach - allowance
-            for box, pose in np.argwhere(np.any(nearest < 0.0, axis=2)):
-                if not np.any(live[box]):
-                    continue
-                some = np.full(2, box), np.full(2, pose)
-                swung = float(np.max(motion.ball(*some, ends[box, pose], np.full(2, link))))
-                gaps = _from_segments(places[box][:, pair.points], ends[box, pose])
-                gaps += moved[box][:, pair.points] + swung - allowance
-                live[box] &= ~np.any(gaps < -TOLERANCE, axis=1)
+            nearest = np.min(_from_segments(axis[:, None], ends) - reach - allowance, axis=2)
+            box, pose = np.nonzero((nearest + motion.shift[:, None] < -TOLERANCE) & np.any(live, axis=1)[:, None])
+            if not len(box):
+                continue
+            links = np.full(len(box), link)
+            swung = np.maximum(*(motion.ball(box, pose, ends[box, pose, k], links) for k in (0, 1)))
+            near = np.flatnonzero(nearest[box, pose] + motion.shift[box] + swung < -TOLERANCE)
+            for at in range(0, len(near), AT_ONCE):
+                some = near[at : at + AT_ONCE]
+                k = box[some]
+                gaps = _from_segments(places[k][:, :, pair.points], ends[k, pose[some]][:, None])
+                gaps += moved[k][:, :, pair.points] + swung[some, None, None] - allowance
+                np.logical_and.at(live, k, ~np.any(gaps < -TOLERANCE, axis=2))
 
     def _hit_whole(
         self, motion: Motion, cells: YawCells, yaw: Floats, live: Bools, mounted: Bools, levels: dict[int, float]
     ) -> None:
         """In small boxes, take away the cheapest cells in which a whole body of the base hits something."""
-        small = np.max(motion.boxes.half, axis=1) < SMALL
-        for box in np.flatnonzero(small & np.any(live, axis=1)):
-            near = list(self._near(motion, int(box), mounted, levels))
+        small = np.flatnonzero((np.max(motion.boxes.half, axis=1) < SMALL) & np.any(live, axis=1))
+        pairs: dict[int, list[_Near]] = {}
+        for box, pair in self._near(motion, small, mounted, levels):
+            pairs.setdefault(box, []).append(pair)
+        for box, near in pairs.items():
             for cell in np.argsort(np.where(live[box], cells.cost[box], np.inf), kind="stable"):
-                if not near or not live[box, cell]:
+                if not live[box, cell]:
                     break
                 base = self.arm.base_in_world(motion.boxes.centre[box], float(yaw[box, cell]))
-                slack = motion.shift[box] + TOLERANCE
-                swing = 2.0 * np.sin(0.5 * cells.half[box])
+                slack, swing = motion.shift[box] + TOLERANCE, 2.0 * np.sin(0.5 * cells.half[box])
                 hit = next((k for k, pair in enumerate(near) if pair.hit(base, slack, swing)), None)
                 if hit is None:
                     break  # the cheapest cell that is left decides
                 live[box, cell] = False
                 near.insert(0, near.pop(hit))
 
-    def _near(self, motion: Motion, box: int, mounted: Bools, levels: dict[int, float]) -> Iterator[_Near]:
-        """The pairs of a base's whole bodies that some yaw may bring too near to each other in a box."""
+    def _near(
+        self, motion: Motion, small: Ints, mounted: Bools, levels: dict[int, float]
+    ) -> Iterator[tuple[int, _Near]]:
+        """Of boxes (k,), the pairs of a base's whole bodies that some yaw may bring too near to each other."""
+        if not len(small):
+            return
         for solid in self.bodies.base_solids:
             required = solid.required + levels.get(solid.other.cause, 0.0)
-            if mounted[box, solid.pair] or not np.isfinite(required):
+            if not np.isfinite(required):
                 continue
-            place = motion.boxes.centre[box] + solid.body.pose[2, 3] * self.arm.mount[:, 2]
+            places = motion.boxes.centre[small] + solid.body.pose[2, 3] * self.arm.mount[:, 2]
             around = float(np.hypot(*solid.body.pose[:2, 3])) + radius_of(solid.body.shape)
             for _, frame in solid.other.frames(self.held.objects, self.held.jobs):
-                if float(inside(solid.other.body.shape, frame, place[None])[0]) < around + required:
-                    yield _Near(solid, frame, required)
+                near = inside(solid.other.body.shape, frame, places) < around + required
+                for box in small[near & ~mounted[small, solid.pair]]:
+                    yield int(box), _Near(solid, frame, required)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -23,7 +23,8 @@ over the box.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -40,6 +41,11 @@ ON_TARGET = 1e-6
 """m by which the hand may seem to be off its target at the centre of a box; twice as much is added to every motion."""
 MOST = 1e3
 """rad; where a joint may change by more over a box, slopes say nothing."""
+
+
+_BY_POSE = "joints", "first", "frames", "axes", "origins", "error", "change", "slopes", "largest", "rest", "regular"
+_BY_BOX = (*_BY_POSE, "boxes", "half", "shift")
+_ARRAYS = frozenset(_BY_BOX) - {"boxes", "first"}
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -79,23 +85,18 @@ class Motion:
         return len(self.shift)
 
     def __getitem__(self, rows: Ints | Bools) -> Motion:
-        return Motion(
-            self.boxes[rows],
-            self.joints[rows],
-            self.first[rows],
-            self.frames[rows],
-            self.axes[rows],
-            self.origins[rows],
-            self.error[rows],
-            self.change[rows],
-            self.slopes[rows],
-            self.largest[rows],
-            self.rest[rows],
-            self.regular[rows],
-            self.half[rows],
-            self.unit,
-            self.shift[rows],
-        )
+        return replace(self, **{name: getattr(self, name)[rows] for name in _BY_BOX})
+
+    def at_poses(self, poses: Ints) -> Motion:
+        """The same at some of the poses."""
+        return replace(self, **{name: getattr(self, name)[:, poses] for name in _BY_POSE})
+
+    @staticmethod
+    def joined(parts: Sequence[Motion]) -> Motion:
+        """All boxes of several motions of one arm."""
+        arrays = {name: np.concatenate([getattr(p, name) for p in parts]) for name in _BY_BOX if name in _ARRAYS}
+        first = Ball(*(np.concatenate([getattr(p.first, name) for p in parts]) for name in ("centre", "radius")))
+        return replace(parts[0], boxes=Boxes.joined([p.boxes for p in parts]), first=first, **arrays)
 
     def swings(self, box: Ints, pose: Ints, points: Floats) -> tuple[Floats, Floats, Floats]:
         """What the joints do to points (q, 3) m in boxes (q,) at poses (q,).

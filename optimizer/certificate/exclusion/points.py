@@ -52,7 +52,9 @@ def point_slack(
     box, pose, which = np.nonzero(gaps < level - TOLERANCE)
     if not len(box):
         return slack
-    box, pose, which, here = _deepest(box, pose, which, gaps[box, pose, which], DEEPEST)
+    kept = deepest(box, gaps[box, pose, which], DEEPEST)
+    box, pose, which = box[kept], pose[kept], which[kept]
+    here = gaps[box, pose, which]
     index = other.points[which]
     ball, gradient, rest = motion.linear(box, pose, places[box, pose, index], points.link[index])
     most = here + ball
@@ -84,10 +86,9 @@ def _at_corners(other: Other, held: Held, poses: Ints, places: Floats) -> Floats
     return farthest
 
 
-def _deepest(box: Ints, pose: Ints, which: Ints, values: Floats, most: int) -> tuple[Ints, Ints, Ints, Floats]:
-    """Of entries (q,) of boxes in order, the ``most`` with the smallest values of every box."""
-    order = np.lexsort((values, box))
-    box, pose, which, values = box[order], pose[order], which[order], values[order]
-    rank = np.arange(len(box)) - np.searchsorted(box, box, side="left")
-    kept = rank < most
-    return box[kept], pose[kept], which[kept], values[kept]
+def deepest(owner: Ints, values: Floats, most: int) -> Ints:
+    """Indices of entries (q,): of every owner the ``most`` with the smallest values, owners in ascending order."""
+    order = np.lexsort((values, owner))
+    owners = owner[order]
+    rank = np.arange(len(owners)) - np.searchsorted(owners, owners, side="left")
+    return np.asarray(order[rank < most])

@@ -14,12 +14,12 @@ from optimizer.settings import CertificateSettings
 from optimizer.verify import check
 
 
-def _tree(seed: int, index: int, first: int = 100) -> tuple[ArmTree, Scene, ReducedProblem]:
+def _tree(seed: int, index: int) -> tuple[ArmTree, Scene, ReducedProblem]:
     cell = real_cell(seed).cell
     problem = reduced_problem(cell, cell.arms[index])
     assert problem is not None
     scene = Scene.of(cell)
-    return ArmTree(scene, index, problem, first), scene, problem
+    return ArmTree(scene, index, problem), scene, problem
 
 
 def test_obstacles_raise_the_bound_up_to_a_layout_that_is_usable() -> None:
@@ -37,7 +37,7 @@ def test_obstacles_raise_the_bound_up_to_a_layout_that_is_usable() -> None:
 
 
 def test_an_arm_behind_a_wall_has_no_box_left() -> None:
-    tree, _, _ = _tree(93, 0, first=1)
+    tree, _, _ = _tree(93, 0)
     while tree.boxes < 400 and tree.work_off(np.inf, by_size=True):
         pass
     assert tree.empty
@@ -50,7 +50,7 @@ def test_an_arm_behind_a_wall_has_no_box_left() -> None:
 
 
 def test_a_cause_that_is_left_out_excludes_nothing() -> None:
-    tree, _, _ = _tree(93, 0, first=1)
+    tree, _, _ = _tree(93, 0)
     walls = {code for code, cause in enumerate(tree.excluder.causes.all) if cause.kind == "obstacle"}
     tree.levels = dict.fromkeys(walls, -np.inf)
     while tree.boxes < 60:

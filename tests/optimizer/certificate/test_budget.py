@@ -24,7 +24,9 @@ def test_budget_counts_boxes_and_grows_with_what_a_search_costs() -> None:
     assert alone.boxes == boxes_for(LEAST, len(LINE.task))
     assert together.boxes is not None
     assert alone.boxes is not None
-    assert together.boxes > 2 * alone.boxes
+    worth = max(search_time(replace(LINE, surroundings=_clear())), LEAST)
+    assert together.boxes == boxes_for(worth, len(LINE.task), coupled=True)
+    assert boxes_for(1.0, 10, coupled=True) < boxes_for(1.0, 10)
     assert search_time(replace(LINE, surroundings=_clear())) > search_time(LINE)
     assert boxes_for(1.0, 1000) < boxes_for(1.0, 10)
 

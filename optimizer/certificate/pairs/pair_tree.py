@@ -1,0 +1,145 @@
+"""Best first over pairs of boxes of two arms, from the roots of their trees."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from models.arrays import Bools, Floats, Ints
+from optimizer.certificate.arm_tree import ArmTree
+from optimizer.certificate.exclusion.causes import TOLERANCE
+from optimizer.certificate.pairs.contact import Contact
+from optimizer.certificate.pairs.couplings import untied
+from optimizer.certificate.pairs.mirrored_yaw import mirrored_cost
+from optimizer.certificate.pairs.store import PairStore
+from optimizer.coupled.scene import Scene
+
+SMALLEST = 1e-5
+"""m; pairs of boxes with no longer half sides are not cut any more."""
+BATCH = 256
+"""Pairs looked at in a round."""
+
+
+class PairTree:
+    """Pairs of boxes that may still hold something better than what is known.
+
+    Attributes:
+        trees: of the two arms; their boxes are bounded and tested as pairs ask for them.
+        arms: indices of the two. first, second: (Q,) numbers of boxes. bound: (Q,) no layout of a pair costs less.
+        looked_at: pairs so far. untied, apart: of these, lost by couplings, and by contact of the arms.
+        forgotten: smallest bound of pairs that are not cut any more.
+    """
+
+    def __init__(self, scene: Scene, trees: tuple[ArmTree, ArmTree], arms: tuple[int, int]) -> None:
+        """Start from the roots; both trees must know what their leaves know (`Nodes.settle`)."""
+        self.couplings, self.trees, self.arms = scene.cell.couplings, trees, arms
+        self.stores = PairStore.of(trees[0]), PairStore.of(trees[1])
+        self.contact = Contact.of(*self.stores, scene.model, scene.required)
+        one, other = (tree.nodes.roots[tree.nodes.code[tree.nodes.roots] == 0] for tree in trees)
+        self.first, self.second = np.repeat(one, len(other)), np.tile(other, len(one))
+        self.bound = self._sums(self.first, self.second)
+        self.forgotten = np.inf
+        self.looked_at = self.untied = self.apart = 0
+
+    @property
+    def lower(self) -> float:
+        """No layout of the two arms costs less; inf if there is none."""
+        return min(float(np.min(self.bound, initial=np.inf)), self.forgotten)
+
+    def drop(self, cutoff: float) -> None:
+        """Forget the pairs whose bound is good enough."""
+        done = self.bound >= cutoff
+        self.forgotten = min(self.forgotten, float(np.min(self.bound[done], initial=np.inf)))
+        self.first, self.second, self.bound = self.first[~done], self.second[~done], self.bound[~done]
+
+    def round(self, cutoff: float, by_size: bool = False) -> tuple[Ints, Ints]:
+        """Look at some pairs and cut those that are left.
+
+        Args:
+            cutoff: bounds from here on are good enough.
+            by_size: largest first in place of those with the smallest bounds: to exclude everything.
+
+        Returns:
+            Numbers of boxes of the pairs that nothing excludes, best first.
+        """
+        self.drop(cutoff)
+        first, second, bound = self._taken(by_size)
+        self.looked_at += len(first)
+        least = [float(np.min(tree.nodes.bound[tree.nodes.roots], initial=np.inf)) for tree in self.trees]
+        for tree, ids, other in ((self.trees[0], first, least[1]), (self.trees[1], second, least[0])):
+            new = np.unique(ids[tree.nodes.children[ids, 0] < 0])  # others know what their halves know
+            tree.evaluate(new, cutoff - other, search=False)
+        bound = np.maximum(bound, self._sums(first, second))
+        kept = self._kept(first, second, bound, cutoff)
+        first, second, bound = first[kept], second[kept], bound[kept]
+        order = np.argsort(bound, kind="stable")
+        self._cut(first, second, bound, by_size)
+        return first[order], second[order]
+
+    def _taken(self, by_size: bool) -> tuple[Ints, Ints, Floats]:
+        """The next pairs, taken off the list."""
+        key = self.bound
+        if by_size:
+            key = -np.maximum(self.trees[0].nodes.size[self.first], self.trees[1].nodes.size[self.second])
+        chosen = np.zeros(len(key), dtype=np.bool_)
+        count = min(BATCH, len(key))
+        if count:
+            chosen[np.argsort(key, kind="stable")[:count]] = True
+        taken = self.first[chosen], self.second[chosen], self.bound[chosen]
+        self.first, self.second, self.bound = self.first[~chosen], self.second[~chosen], self.bound[~chosen]
+        return taken
+
+    def _sums(self, first: Ints, second: Ints) -> Floats:
+        """(P,) sums of the bounds of both boxes."""
+        sums: Floats = self.trees[0].nodes.bound[first] + self.trees[1].nodes.bound[second]
+        return sums
+
+    def _kept(self, first: Ints, second: Ints, bound: Floats, cutoff: float) -> Bools:
+        """(P,) False for pairs that hold nothing better; raises ``bound`` (P,) where it can."""
+        nodes = self.trees[0].nodes, self.trees[1].nodes
+        kept: Bools = np.isfinite(bound) & (nodes[0].code[first] == 0) & (nodes[1].code[second] == 0)
+        boxes = nodes[0].boxes(first), nodes[1].boxes(second)
+        lost = kept & untied(self.couplings, self.arms, *boxes)
+        self.untied += int(np.sum(lost))
+        kept &= ~lost
+        self._price_mirrored(first, second, bound, kept)
+        good = kept & (bound >= cutoff)
+        self.forgotten = min(self.forgotten, float(np.min(bound[good], initial=np.inf)))
+        kept &= ~good
+        left = np.flatnonzero(kept)
+        apart = self.contact.slack(first[left], second[left]) < -TOLERANCE
+        self.apart += int(np.sum(apart))
+        kept[left[apart]] = False
+        return kept
+
+    def _price_mirrored(self, first: Ints, second: Ints, bound: Floats, kept: Bools) -> None:
+        """Raise the bounds (P,) of kept pairs by what mirrored yaws cost."""
+        rows = np.flatnonzero(kept)
+        if not any(coupling.kind == "mirror" for coupling in self.couplings) or not len(rows):
+            return
+        slots = self.stores[0].places(first[rows]), self.stores[1].places(second[rows])
+        yaws = self.stores[0].yaw[slots[0]], self.stores[1].yaw[slots[1]]
+        geometric = self.trees[0].nodes.geometric[first[rows]] + self.trees[1].nodes.geometric[second[rows]]
+        bound[rows] = np.maximum(bound[rows], geometric + mirrored_cost(self.couplings, self.arms, *yaws))
+
+    def _cut(self, first: Ints, second: Ints, bound: Floats, by_size: bool) -> None:
+        """Cut one box of each pair: the larger one; to exclude everything rather one that has been cut already."""
+        nodes = self.trees[0].nodes, self.trees[1].nodes
+        sizes = nodes[0].size[first], nodes[1].size[second]
+        small = np.maximum(*sizes) <= SMALLEST
+        self.forgotten = min(self.forgotten, float(np.min(bound[small], initial=np.inf)))
+        first, second, bound = first[~small], second[~small], bound[~small]
+        cut = nodes[0].children[first, 0] >= 0, nodes[1].children[second, 0] >= 0
+        one = sizes[0][~small] >= sizes[1][~small]
+        if by_size:
+            one = np.where(cut[0] != cut[1], cut[0], one)
+        nodes[0].split(first[one])
+        nodes[1].split(second[~one])
+        halves = nodes[0].children[first[one]].ravel(), nodes[1].children[second[~one]].ravel()
+        ones = np.concatenate([halves[0], np.repeat(first[~one], 2)])
+        others = np.concatenate([np.repeat(second[one], 2), halves[1]])
+        inherited = np.concatenate([np.repeat(bound[one], 2), np.repeat(bound[~one], 2)])
+        bounds = np.maximum(inherited, self._sums(ones, others))
+        alive = np.isfinite(bounds) & (nodes[0].code[ones] == 0) & (nodes[1].code[others] == 0)
+        self.first = np.concatenate([self.first, ones[alive]])
+        self.second = np.concatenate([self.second, others[alive]])
+        self.bound = np.concatenate([self.bound, bounds[alive]])

@@ -1,0 +1,128 @@
+"""Layouts proposed by pairs of boxes that are open: the tree of a proof is a global search as well."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from models.arrays import Ints
+from models.posture import ALL_SIGNS
+from optimizer.certificate.arm_tree import AloneLayout, ArmTree
+from optimizer.coupled.refine import Refined, nearby, refine
+from optimizer.coupled.scene import Scene
+from optimizer.program import ArmPoint
+from optimizer.progress.incumbents import layout_found
+from optimizer.reduced import evaluate_signed
+
+BEST, RANDOM = 6, 6
+"""Pairs of a round whose centres are tried: those with the smallest bounds, and others."""
+TURNS = np.array(sorted((0.06 * k for k in range(-8, 9)), key=abs))
+"""rad that a base is turned by where its best yaw collides."""
+WORTH = 1e-4
+"""Relative; starts that promise less than this are not refined."""
+NEARLY = 5e-3
+"""m or rad that a start may lack: refinements mend that."""
+BESIDE = 0.03
+"""m; starts this near to one that was refined already lead to the same layout."""
+IN_VAIN = 6
+"""Refinements in a row that led to nothing better, after which no more are tried."""
+
+
+@dataclass(eq=False, slots=True)
+class Proposals:
+    """Tries layouts in the centres of pairs of boxes.
+
+    Attributes:
+        scene: the cell. trees: of its arms. known: layouts that are clean, best first.
+        centres: usable layout of an arm in the centre of a box, by arm and number; None where there is none.
+        tried: starts that were refined. in_vain: of these, the last ones in a row that led to nothing better.
+        rng: source of chance, seeded. deadline: `time.perf_counter` value, soft.
+    """
+
+    scene: Scene
+    trees: Sequence[ArmTree]
+    known: list[Refined]
+    deadline: float
+    centres: dict[tuple[int, int], AloneLayout | None] = field(default_factory=dict)
+    tried: list[Sequence[ArmPoint]] = field(default_factory=list)
+    in_vain: int = 0
+    rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
+
+    @property
+    def objective(self) -> float:
+        """Of the best layout that is known."""
+        return self.known[0].objective if self.known else np.inf
+
+    def look_alone(self) -> bool:
+        """Try what all arms do best by themselves; True if that led to something better."""
+        found = [tree.alone for tree in self.trees]
+        layouts = [one for one in found if one is not None]
+        if len(layouts) < len(found) or sum(one.objective for one in layouts) >= self.objective * (1.0 - WORTH):
+            return False
+        points = [one.point for one in layouts]
+        if self.in_vain >= IN_VAIN or any(nearby(points, tried, BESIDE) for tried in self.tried):
+            return False
+        return self.refine(points)
+
+    def look(self, first: Ints, second: Ints) -> bool:
+        """Try some of the pairs (P,), best first; True if something better was found."""
+        if not len(first) or self.in_vain >= IN_VAIN:
+            return False
+        better = False
+        for k in [*range(min(BEST, len(first))), *self.rng.integers(len(first), size=RANDOM)]:
+            start = self._start(int(first[k]), int(second[k]))
+            if start is None or time.perf_counter() > self.deadline or self.in_vain >= IN_VAIN:
+                continue
+            better |= self.refine(start)
+        return better
+
+    def _start(self, first: int, second: int) -> list[ArmPoint] | None:
+        """A layout in the centres of two boxes that is nearly clean and better than what is known."""
+        one, other = self._centre(0, first), self._centre(1, second)
+        if one is None or other is None or one.objective + other.objective >= self.objective * (1.0 - WORTH):
+            return None
+        points = [one.point, other.point]
+        if any(nearby(points, tried, BESIDE) for tried in self.tried):
+            return None
+        lack = max(self.scene.tie_lack(points), self.scene.floor_lack(points))
+        if lack > NEARLY or self.scene.contact_lacks([points])[0] > NEARLY:
+            return None
+        return points
+
+    def refine(self, start: Sequence[ArmPoint]) -> bool:
+        """Refine a start; True if that led to something better, which is then known."""
+        self.tried.append(start)
+        found = refine(self.scene, start, self.deadline, self.known)
+        better = found.clean and found.objective < self.objective * (1.0 - WORTH)
+        self.in_vain = 0 if better else self.in_vain + 1
+        if better:
+            self.known.insert(0, found)
+            layout_found(found.points, found.objective)
+        return better
+
+    def _centre(self, arm: int, node: int) -> AloneLayout | None:
+        """The cheapest usable layout of an arm in the centre of a box."""
+        if (arm, node) not in self.centres:
+            self.centres[arm, node] = self._turned(self.trees[arm], node)
+        return self.centres[arm, node]
+
+    def _turned(self, tree: ArmTree, node: int) -> AloneLayout | None:
+        boxes, problem = tree.nodes.boxes(np.array([node])), tree.problem
+        paths = evaluate_signed(problem, boxes.centre, boxes.signs)
+        if paths.violation[0, 0] > 0.0:
+            return None
+        arm, joints = problem.arm, paths.joints[:, 0, 0].T
+        counts = np.ones(len(joints)) if problem.weights is None else problem.weights
+        first = joints[:, 0] + TURNS[:, None] - arm.reference[0]
+        more = arm.weights[0] * (first**2 - first[0] ** 2) @ counts
+        for k in np.argsort(more, kind="stable"):
+            turned = joints.copy()
+            turned[:, 0] += TURNS[k]
+            yaw = arm.base.yaw_in_interval(float(paths.yaw[0, 0]) - problem.sigma * float(TURNS[k]))
+            point = ArmPoint(boxes.centre[0], yaw, turned, ALL_SIGNS[boxes.posture[0]])
+            if tree.check.usable(point):
+                return AloneLayout(point, float(paths.objective[0, 0] + more[k]))
+        return None

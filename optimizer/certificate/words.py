@@ -1,0 +1,73 @@
+"""What a proof of infeasibility met, as reasons for people."""
+
+from __future__ import annotations
+
+from models.arm import Arm
+from models.cell import Cell
+from optimizer.certificate.cell_proof import ArmPart, CellProof
+from optimizer.certificate.exclusion.causes import Cause
+from optimizer.certificate.leaves import excluded_shares
+from optimizer.certificate.pairs.pair_tree import PairTree
+from optimizer.layout import Reason
+from optimizer.reasons import explain_proof
+
+MOST = 3
+"""Reasons per arm."""
+KINDS = {
+    "reach": "out_of_reach",
+    "limit": "joint_limit",
+    "path": "joint_step",
+    "floor": "floor",
+    "conditioning": "conditioning",
+}
+"""Words of the contract for the kinds of causes; all others are collisions."""
+
+
+def reasons_of(cell: Cell, proof: CellProof) -> tuple[Reason, ...]:
+    """Why a cell has no layout; empty where that is not proved."""
+    if not proof.infeasible:
+        return ()
+    lost = [(arm, part) for arm, part in zip(cell.arms, proof.arms, strict=True) if part.infeasible]
+    if lost:
+        return tuple(reason for arm, part in lost for reason in _of_arm(cell, arm, part))
+    return tuple(_of_pair(cell, pair) for pair in proof.pairs if pair.lower == float("inf"))
+
+
+def _of_arm(cell: Cell, arm: Arm, part: ArmPart) -> tuple[Reason, ...]:
+    """Why an arm has no layout even by itself, largest share first."""
+    shares = excluded_shares(part.tree)
+    if all(cause.kind in ("reach", "limit", "path") for cause, _ in shares):
+        return explain_proof(cell, arm, part.tree.tally.obstacles())
+    reasons = []
+    for cause, share in shares[:MOST]:
+        joint = None if cause.joint is None else arm.robot.joint_names[cause.joint]
+        detail = (
+            f"{arm.name}: proved impossible from every allowed base in any one posture; {_what(cause, joint)} in "
+            f"{100.0 * share:.0f} % of all places and postures"
+        )
+        reasons.append(Reason(arm.name, KINDS.get(cause.kind, "collision"), (), detail, joint))
+    return tuple(reasons)
+
+
+def _what(cause: Cause, joint: str | None) -> str:
+    """What is wrong, as a clause."""
+    return {
+        "reach": "a pose is out of reach",
+        "limit": f"{joint} would have to exceed its limits",
+        "path": f"{joint} cannot follow within the largest step",
+        "floor": "the base would not stand on the allowed floor",
+        "conditioning": "the smallest conditioning is not kept",
+        "obstacle": f"the arm does not keep its distance from {cause.name!r}",
+        "part": "the arm does not keep its distance from the part",
+        "self": f"{cause.name} come too near to each other",
+    }.get(cause.kind, "no yaw is left to the base among floor and obstacles")
+
+
+def _of_pair(cell: Cell, pair: PairTree) -> Reason:
+    one, other = (cell.arms[arm].name for arm in pair.arms)
+    kind = "coupling" if pair.untied > pair.apart else "collision"
+    detail = (
+        f"proved impossible: {one} and {other} each have a place by themselves, but no two places go together "
+        f"({pair.looked_at} pairs of regions were looked at; couplings exclude {pair.untied}, contact {pair.apart})"
+    )
+    return Reason("", kind, (), detail)

@@ -15,8 +15,9 @@ LEAST, MOST = 0.3, 10.0
 """s that an automatic proof is worth at least and at most."""
 BOX, BOX_POSE = 40e-6, 2.5e-6
 """s for bounding one box of one arm: measured were 26 to 46 µs at 10 to 13 poses and 1.3 to 1.4 ms at 512."""
-CELL_BOX, CELL_BOX_POSE = 200e-6, 15e-6
-"""s for bounding and testing one box of an arm among its surroundings: 220 µs at 13 poses, 530 µs at 41, up to 1 ms."""
+CELL_BOX, CELL_BOX_POSE = 350e-6, 50e-6
+"""s for bounding and testing one box of an arm among its surroundings: measured were 0.6 to 0.8 ms at 6 to 9 poses, 0.9
+to 1.2 ms at 13 and 2.6 ms at 41, everything included."""
 ARM, ARM_POSE = 0.03, 0.3e-3
 """s for searching one arm: measured were 0.02 to 0.05 s at 10 poses and 0.16 s at 512."""
 TOGETHER, TOGETHER_POSE = 0.5, 0.03

@@ -28,7 +28,7 @@ ROUNDING = 1e-7
 """Relative slack of the bound that is reported: constants of catalogue robots are known to about as much."""
 TIGHT = 0.25
 """An arm's own bound need not come nearer to its own best layout than this share of the gap."""
-ALONE = 0.6
+ALONE = 0.75
 """Share of the budget for the arms by themselves, where pairs can do more."""
 PAIR = 0.25
 """Boxes that a pair counts for: looking at one takes about so much of the time that bounding and testing a box does."""
@@ -63,7 +63,8 @@ class CellProof:
         lower: no layout of the cell costs less; inf if there is none.
         arms: the arms by themselves. pairs: the pairs of arms that were looked at.
         known: clean layouts, best first; the proof may have found better ones.
-        boxes: bounded over all trees, with a share for the pairs. ended: False if its time limit cut the proof.
+        boxes: bounded and tested over all trees; what is only bounded, and pairs, count for less.
+        ended: False if its time limit cut the proof.
     """
 
     lower: float
@@ -151,9 +152,9 @@ class _Proof:
 
     @property
     def boxes(self) -> int:
-        """Boxes bounded, with a share for the pairs."""
+        """Boxes bounded and tested; boxes that are only bounded and pairs count for less."""
         pairs = sum(pair.looked_at for pair in self.pairs.values())
-        return sum(tree.boxes for tree in self.trees) + int(PAIR * pairs)
+        return int(sum(tree.work for tree in self.trees) + PAIR * pairs)
 
     @property
     def late(self) -> bool:
@@ -170,7 +171,7 @@ class _Proof:
         share = ALONE if self._more_by_pairs() else 1.0
         open_ = set(range(len(self.trees)))
         while open_ and not self.settled and not self.spent(share):
-            index = min(open_, key=lambda k: (self.trees[k].boxes, k))
+            index = min(open_, key=lambda k: (self.trees[k].work, k))
             if not self._work_off(index):
                 open_.discard(index)
             self._tell()

@@ -20,8 +20,8 @@ CELL_BOX, CELL_BOX_POSE = 350e-6, 50e-6
 to 1.2 ms at 13 and 2.6 ms at 41, everything included."""
 ARM, ARM_POSE = 0.03, 0.3e-3
 """s for searching one arm: measured were 0.02 to 0.05 s at 10 poses and 0.16 s at 512."""
-TOGETHER, TOGETHER_POSE = 0.5, 0.03
-"""s for searching arms that meet each other or their surroundings."""
+TOGETHER, TOGETHER_POSE = 1.5, 0.03
+"""s for searching arms that meet each other or their surroundings: measured were 2 s at 13 poses."""
 
 
 def search_time(cell: Cell) -> float:

@@ -19,9 +19,10 @@ from optimizer.local import solve_locally
 from optimizer.proof import ArmProof, Incumbent, relative_gap
 from optimizer.reasons import explain_proof
 from optimizer.reduced import ReducedProblem
-from optimizer.search import ArmSearch, path_from
+from optimizer.search import ArmSearch
 from optimizer.settings import CertificateSettings
 from optimizer.single_arm.passable import best_passable
+from optimizer.single_arm.refinement import path_from
 from optimizer.verify import check
 
 log = logging.getLogger(__name__)

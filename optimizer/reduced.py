@@ -42,6 +42,8 @@ class ReducedProblem:
             allowed may be repaired by the local solver, so it competes with what is allowed.
         starts: index of the first pose of each job of a family.
         weights: (m,) what the poses count for in the objective; None for 1.
+        gap_steps: (m - 1,) rad, of a sample: joint step to the next pose that the steps left out between them allow;
+            infinite where that says nothing, None if it never does.
     """
 
     arm: Arm
@@ -54,6 +56,7 @@ class ReducedProblem:
     penalty: float = 8.0
     starts: tuple[int, ...] = (0,)
     weights: Floats | None = None
+    gap_steps: Floats | None = None
 
     @property
     def jobs(self) -> tuple[slice, ...]:
@@ -89,9 +92,17 @@ class ReducedProblem:
             rotations=self.rotations[keep],
             positions=self.positions[keep],
             max_step=np.inf,
+            gap_steps=self._gap_steps(keep),
             starts=tuple(int(start) for start in np.cumsum([0, *counts[:-1]])),
             weights=np.concatenate([own for _, own in parts]),
         )
+
+    def _gap_steps(self, keep: Ints) -> Floats | None:
+        """(k - 1,) rad, what the joint steps between kept poses (k,) are limited to; a step is at most half a turn."""
+        allowed = np.diff(keep) * self.max_step
+        same_job = np.diff(np.searchsorted(self.starts, keep, side="right")) == 0
+        allowed = np.where(same_job & (allowed < np.pi), allowed, np.inf)
+        return allowed if np.any(np.isfinite(allowed)) else None
 
     def only(self, keep: Ints) -> ReducedProblem:
         """The problem of some of the poses (their indices); steps between them are not limited.
@@ -105,6 +116,7 @@ class ReducedProblem:
             rotations=self.rotations[keep],
             positions=self.positions[keep],
             max_step=np.inf,
+            gap_steps=None,
             starts=tuple(int(first) for first in firsts),
         )
         if self.weights is None and len(firsts) == 1:
@@ -197,6 +209,14 @@ def evaluate_signed(problem: ReducedProblem, positions: Floats, signs: Ints) -> 
     return _paths(problem, solve_signed(problem.form, problem.rotations, seen, signs))
 
 
+def evaluate_fully(problem: ReducedProblem, positions: Floats, signs: Ints) -> Paths:
+    """As `evaluate_signed`; what is lacking of the conditioning asked for is part of ``jump``."""
+    paths = evaluate_signed(problem, positions, signs)
+    if problem.arm.min_conditioning is not None:
+        paths.jump[0] += conditioning_shortfall(problem, paths.joints[:, 0])
+    return paths
+
+
 def seen_from(problem: ReducedProblem, positions: Floats) -> Floats:
     """(N, m, 3) m: flange positions in the base frames at yaw 0 with origins ``positions`` (N, 3)."""
     seen: Floats = problem.positions - positions[:, None, :]
@@ -233,4 +253,8 @@ def _paths(problem: ReducedProblem, branches: Branches) -> Paths:
     weighted = error if problem.weights is None else error * problem.weights
     objective = np.einsum("i,ikNm,ikNm->kN", arm.weights, error, weighted, optimize=False)
     jump = np.maximum(np.max(step, axis=0) - problem.max_step, 0.0)
+    if problem.gap_steps is not None:
+        at = np.flatnonzero(np.isfinite(problem.gap_steps))
+        taken = np.max(np.abs(joints[..., at + 1] - joints[..., at]), axis=0)
+        jump = np.maximum(jump, np.max(taken - problem.gap_steps[at], axis=-1))
     return Paths(joints, yaw, objective, np.sum(branches.missing, axis=-1), beyond + out, jump, singular)

@@ -11,7 +11,14 @@ from models.arrays import Bools, Floats, Ints
 from models.posture import ALL_SIGNS
 from optimizer.box import spread
 from optimizer.notches import notches
-from optimizer.reduced import Paths, ReducedProblem, conditioning_shortfall, evaluate, evaluate_signed
+from optimizer.reduced import (
+    Paths,
+    ReducedProblem,
+    conditioning_shortfall,
+    evaluate,
+    evaluate_fully,
+    evaluate_signed,
+)
 from optimizer.single_arm.base_sample import BoxFrame
 from optimizer.watch import check_stop
 
@@ -31,6 +38,10 @@ CLOUD = 10
 """Points strewn around each of them; the cloud shrinks to half in each step."""
 FIRST_STEPS, LAST_STEPS, LAST = 1, 4, 10
 """Steps with all candidates, and further ones with the best of them."""
+OF_A_POSTURE = 6
+"""Of these no more are of one posture while there are others."""
+LOOKED_AT, LAST_OF_WHOLE = 128, 6
+"""Points of the spread that are looked at on the whole of a long task, and how many of them are improved too."""
 NOTCHES, NOTCH = 3, 2e-3
 """Notches of the cost to be looked into, and how far from their tips (m)."""
 CHUNK = 1024
@@ -58,6 +69,16 @@ class Candidate:
 def scored(problem: ReducedProblem, candidate: Candidate) -> float:
     """Objective of a candidate with its violation made dear."""
     return float(problem.score(np.asarray(candidate.objective), np.asarray(candidate.violation)))
+
+
+def on_whole_task(problem: ReducedProblem, candidates: list[Candidate]) -> list[Candidate]:
+    """Candidates as they are scored on a problem's own poses."""
+    positions = np.array([c.position for c in candidates])
+    paths = evaluate_fully(problem, positions, np.array([c.signs for c in candidates]))
+    return [
+        Candidate(c.position, c.signs, float(objective), float(violation))
+        for c, objective, violation in zip(candidates, paths.objective[0], paths.violation[0], strict=True)
+    ]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -101,9 +122,13 @@ def screen(problem: ReducedProblem, box: Floats, seed: int, round_: int = 0) -> 
     frame = BoxFrame.of(problem, box)
     points = frame.sample(count, seed + round_)
     spacing = _spacing(box, len(points))
-    picked = improve(coarse, _pick(coarse, points, spacing), frame, spacing, FIRST_STEPS)
+    net = _net(coarse, points, spacing)
+    picked = improve(coarse, _pick(coarse, net), frame, spacing, FIRST_STEPS)
     picked.sort(key=lambda c: scored(coarse, c))
-    found = improve(small, picked[:LAST], frame, 0.5**FIRST_STEPS * spacing, LAST_STEPS)
+    best = mixed(picked, 2 * LAST, OF_A_POSTURE) if careful else picked[:LAST]
+    if len(small.positions) < len(problem.positions):
+        best += _by_whole_task(problem, net)
+    found = improve(small, best, frame, 0.5**FIRST_STEPS * spacing, LAST_STEPS)
     found.sort(key=lambda c: scored(small, c))
     evaluated = len(points) * int(np.sum(problem.postures))
     return Screen(
@@ -143,8 +168,27 @@ def _spacing(box: Floats, count: int) -> Floats:
     return spacing
 
 
-def _pick(problem: ReducedProblem, points: Floats, spacing: Floats) -> list[Candidate]:
-    """The valleys of every posture, and the best usable points."""
+@dataclass(frozen=True, eq=False, slots=True)
+class _Net:
+    """Points (N, 3) with objective, violation and score (8, N) on a few poses; and what is near what.
+
+    ``neighbours`` (P, 2) are pairs of points, ``spacing`` (3,) m is about the distance between them.
+    """
+
+    points: Floats
+    objective: Floats
+    violation: Floats
+    score: Floats
+    neighbours: Ints
+    spacing: Floats
+
+    def candidate(self, k: int, i: int) -> Candidate:
+        """Point i in posture k."""
+        return Candidate(self.points[i], ALL_SIGNS[k], float(self.objective[k, i]), float(self.violation[k, i]))
+
+
+def _net(problem: ReducedProblem, points: Floats, spacing: Floats) -> _Net:
+    """All points in all postures."""
     parts: list[Paths] = []
     for at in range(0, len(points), CHUNK):
         check_stop()
@@ -154,10 +198,36 @@ def _pick(problem: ReducedProblem, points: Floats, spacing: Floats) -> list[Cand
     if problem.arm.min_conditioning is not None:
         _add_shortfall(problem, parts, objective, violation)
     score = problem.score(objective, violation)
-    neighbours = _neighbours(points, spacing)
-    picked = [(k, i) for k in range(len(score)) for i in _valleys(score[k], neighbours)]
-    _take(picked, np.where(violation > 0.0, np.inf, objective), points, spacing, MORE_USABLE)
-    return [Candidate(points[i], ALL_SIGNS[k], float(objective[k, i]), float(violation[k, i])) for k, i in picked]
+    return _Net(points, objective, violation, score, _neighbours(points, spacing), spacing)
+
+
+def _pick(problem: ReducedProblem, net: _Net) -> list[Candidate]:
+    """The valleys of every posture, and the best usable points."""
+    picked = [(k, i) for k in range(len(net.score)) for i in _valleys(net.score[k], net.neighbours)]
+    values = np.where(net.violation > 0.0, np.inf, net.objective)
+    _take(picked, values, net.points, net.neighbours, net.spacing, MORE_USABLE)
+    return [net.candidate(k, i) for k, i in picked]
+
+
+def mixed(candidates: list[Candidate], count: int, of_a_posture: int) -> list[Candidate]:
+    """The first of some candidates, but no more of one posture than a number while there are others."""
+    seen: dict[tuple[int, int, int], int] = {}
+    first: list[Candidate] = []
+    then: list[Candidate] = []
+    for candidate in candidates:
+        seen[candidate.signs] = seen.get(candidate.signs, 0) + 1
+        (first if seen[candidate.signs] <= of_a_posture else then).append(candidate)
+    return (first + then)[:count]
+
+
+def _by_whole_task(problem: ReducedProblem, net: _Net) -> list[Candidate]:
+    """The best of the promising points on all poses: between those of a sample a path may wind otherwise."""
+    order = np.argsort(net.score, axis=None, kind="stable")[:LOOKED_AT]
+    order = order[np.isfinite(net.score.ravel()[order])]
+    k, i = np.unravel_index(order, net.score.shape)
+    candidates = [net.candidate(int(a), int(b)) for a, b in zip(k, i, strict=True)]
+    whole = sorted(on_whole_task(problem, candidates), key=lambda c: scored(problem, c)) if candidates else []
+    return distinct(whole, net.spacing)[:LAST_OF_WHOLE]
 
 
 def _neighbours(points: Floats, spacing: Floats) -> Ints:
@@ -178,11 +248,19 @@ def _valleys(score: Floats, neighbours: Ints) -> list[int]:
     return [int(i) for i in bottoms[np.argsort(score[bottoms], kind="stable")][:VALLEYS]]
 
 
-def _take(picked: list[tuple[int, int]], values: Floats, points: Floats, spacing: Floats, number: int) -> None:
+def _take(
+    picked: list[tuple[int, int]], values: Floats, points: Floats, neighbours: Ints, spacing: Floats, number: int
+) -> None:
     """Add to ``picked`` the best (posture, point) of ``values`` (8, N), apart from those of its posture."""
-    open_ = values.copy()
+    first, second = neighbours.T
+    taken = np.zeros(values.shape, dtype=bool)
     for k, i in picked:
-        open_[k, _near(points, points[i], spacing)] = np.inf
+        taken[k, i] = True
+    closed = taken.copy()
+    for near, own in zip(closed, taken, strict=True):
+        near[second[own[first]]] = True
+        near[first[own[second]]] = True
+    open_ = np.where(closed, np.inf, values)
     for _ in range(number):
         k, i = (int(index) for index in np.unravel_index(np.argmin(open_), open_.shape))
         if not np.isfinite(open_[k, i]):
@@ -236,9 +314,7 @@ def improve(
         centres = np.array([c.position for c in best])
         signs = np.repeat(np.array([c.signs for c in best], dtype=np.int64), CLOUD, axis=0)
         points = np.clip(centres[:, None, :] + cloud * radius, frame.box[:, 0], frame.box[:, 1])
-        paths = evaluate_signed(problem, points.reshape(-1, 3), signs)
-        if problem.arm.min_conditioning is not None:
-            paths.jump[0] += conditioning_shortfall(problem, paths.joints[:, 0])
+        paths = evaluate_fully(problem, points.reshape(-1, 3), signs)
         best = _keep_best(problem, points, paths, best)
         radius = 0.5 * radius
     return best

@@ -21,11 +21,12 @@ from optimizer.local import solve_locally
 from optimizer.measure import objective_of
 from optimizer.program import ArmPoint
 from optimizer.reasons import explain_general, explain_proof, explain_reach, explain_reduced
-from optimizer.reduced import ReducedProblem, evaluate_signed, reduced_problem
-from optimizer.screening import ROUNDS, Candidate, Screen, improve, scored, screen
+from optimizer.reduced import ReducedProblem, evaluate_fully, evaluate_signed, reduced_problem
+from optimizer.screening import ROUNDS, Candidate, Screen, improve, mixed, on_whole_task, scored, screen
 from optimizer.settings import CertificateSettings, Settings
 from optimizer.single_arm.parameters import PARAMETERS, THOROUGH, UnreducedParameters
 from optimizer.single_arm.passable import best_passable, with_places
+from optimizer.single_arm.refinement import CAREFUL_STEPS, brought_to_optimum, path_from
 from optimizer.single_arm.unreduced import search_unreduced
 from optimizer.verification.way import follow_way
 from optimizer.verification.words import way_faults
@@ -43,6 +44,10 @@ DECIDE_WORTH, DECIDE_GAP = 5.0, 1e-3
 usable candidate was met."""
 MOVED, MOVE, MOVE_STEPS = 6, 0.25, 3
 """Candidates that are improved on the whole task, within this share of a spacing, in so many steps."""
+STRICTER = 100.0
+"""How much dearer violations are where a conditioning is asked for and no candidate keeps it so far."""
+MOVED_OF_A_POSTURE = 4
+"""Of them no more are of one posture while there are others."""
 SHARE = 0.5
 """Share of the time left that one local solve may take: a start that struggles must not use up the others' time."""
 LEVEL = 1e-4
@@ -168,6 +173,7 @@ def _solve_candidates(cell: Cell, search: ArmSearch, problem: ReducedProblem, fo
     most = STARTS if len(problem.positions) < LONG_TASK else STARTS // 2
     optima: list[tuple[float, ArmPoint]] = []
     waiting = _worth_solving(found, problem)
+    usable = [candidate for candidate in waiting if candidate.violation == 0.0]
     while waiting and time.perf_counter() < deadline and search.starts < most * (1 if optima else 2):
         candidate = waiting.pop(0)
         reached = _solve(cell, search, path_from(problem, candidate.position, candidate.signs), deadline)
@@ -180,6 +186,10 @@ def _solve_candidates(cell: Cell, search: ArmSearch, problem: ReducedProblem, fo
         known = min((value for value, _ in optima), default=np.inf)
         if objective_of(cell.task, search.arm, start.joints) < DEEPER * known:
             optima += _solve(cell, search, start, deadline)
+    if time.perf_counter() < deadline:
+        known = min((value for value, _ in optima), default=np.inf)
+        better = [candidate for candidate in usable if candidate.objective < (1.0 - ROUNDED) * known]
+        optima += brought_to_optimum(cell, problem, found.frame, MOVE * found.spacing, better)
     search.finished &= time.perf_counter() < deadline
     _keep(cell, search, optima, deadline)
 
@@ -199,16 +209,20 @@ def _turned(
 
 def _worth_solving(found: Screen, problem: ReducedProblem) -> list[Candidate]:
     """Candidates with a chance to be the best, improved and scored on the whole task, best first."""
-    candidates = found.candidates
-    if not candidates:
+    if not found.candidates:
         return []
-    candidates = improve(problem, candidates[:MOVED], found.frame, MOVE * found.spacing, MOVE_STEPS)
-    positions = np.array([c.position for c in candidates])
-    paths = evaluate_signed(problem, positions, np.array([c.signs for c in candidates]))
-    whole = [
-        Candidate(c.position, c.signs, float(objective), float(violation))
-        for c, objective, violation in zip(candidates, paths.objective[0], paths.violation[0], strict=True)
-    ]
+    steps = MOVE_STEPS if problem.arm.min_conditioning is None else CAREFUL_STEPS
+    radius = MOVE * found.spacing
+    candidates = found.candidates
+    if len(found.problem.positions) < len(problem.positions):
+        candidates = sorted(on_whole_task(problem, candidates), key=lambda c: scored(problem, c))
+    careful = problem.arm.min_conditioning is not None
+    chosen = mixed(candidates, MOVED, MOVED_OF_A_POSTURE if careful else MOVED)
+    rest = [candidate for candidate in candidates if careful and candidate not in chosen]
+    whole = on_whole_task(problem, improve(problem, chosen, found.frame, radius, steps) + rest)
+    if problem.arm.min_conditioning is not None and all(c.violation > 0.0 for c in whole):
+        strict = problem.stricter(STRICTER)  # whatever it costs: the rest is for the local solver
+        whole = on_whole_task(problem, improve(strict, whole, found.frame, radius, CAREFUL_STEPS))
     usable = [c.objective for c in whole if c.violation == 0.0]
     most = WORTH * min(usable) if usable else np.inf
     worth = sorted((c for c in whole if scored(problem, c) <= most), key=lambda c: scored(problem, c))
@@ -232,7 +246,7 @@ def _elsewhere(problem: ReducedProblem, candidates: list[Candidate], optimum: Ar
     places = np.array([candidate.position for candidate in candidates])
     signs = np.array([candidate.signs for candidate in candidates])
     ways = places[:, None, :] + WAY[:, None] * (optimum.position - places)[:, None, :]
-    paths = evaluate_signed(problem, ways.reshape(-1, 3), np.repeat(signs, len(WAY), axis=0))
+    paths = evaluate_fully(problem, ways.reshape(-1, 3), np.repeat(signs, len(WAY), axis=0))
     objective = paths.objective[0].reshape(len(places), -1)
     violation = paths.violation[0].reshape(len(places), -1)
     violation[:, -1] = 0.0  # but for rounding
@@ -246,12 +260,6 @@ def _elsewhere(problem: ReducedProblem, candidates: list[Candidate], optimum: Ar
         for candidate, same_basin in zip(candidates, downhill, strict=True)
         if not (same_basin and candidate.signs == optimum.signs)
     ]
-
-
-def path_from(problem: ReducedProblem, position: Floats, signs: tuple[int, int, int]) -> ArmPoint:
-    """The best whole path from a base position (3,) in one posture."""
-    paths = evaluate_signed(problem, position[None, :], np.array([signs]))
-    return ArmPoint(position, float(paths.yaw[0, 0]), paths.joints[:, 0, 0].T, signs)
 
 
 def _search_general(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadline: float) -> None:

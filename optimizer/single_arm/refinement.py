@@ -1,0 +1,44 @@
+"""Usable candidates brought to their optimum on the reduced problem alone, without the local solver.
+
+Local solves lose their way where rows are added one by one, and where a joint step is the largest that is allowed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from models.arrays import Floats
+from models.cell import Cell
+from optimizer.program import ArmPoint
+from optimizer.reduced import ReducedProblem, evaluate_signed
+from optimizer.screening import Candidate, improve
+from optimizer.single_arm.base_sample import BoxFrame
+from optimizer.verify import check
+
+CAREFUL_STEPS = 10
+"""Steps in which a candidate is improved where the local solver may be of no help."""
+MOST, CLOSER = 3, (1.0, 0.2, 0.04)
+"""Candidates that are brought to their optimum, and the shares of the first radius that they start from."""
+
+
+def path_from(problem: ReducedProblem, position: Floats, signs: tuple[int, int, int]) -> ArmPoint:
+    """The best whole path from a base position (3,) in one posture."""
+    paths = evaluate_signed(problem, position[None, :], np.array([signs]))
+    return ArmPoint(position, float(paths.yaw[0, 0]), paths.joints[:, 0, 0].T, signs)
+
+
+def brought_to_optimum(
+    cell: Cell, problem: ReducedProblem, frame: BoxFrame, radius: Floats, candidates: list[Candidate]
+) -> list[tuple[float, ArmPoint]]:
+    """Objective and point of the best of some candidates, improved; those that pass the independent check.
+
+    Args:
+        cell: task. problem: of the arm on the whole task. frame: of its box of bases.
+        radius: (3,) m, in which candidates are improved at first.
+        candidates: usable, best first.
+    """
+    better = candidates[:MOST]
+    for share in CLOSER:
+        better = improve(problem, better, frame, share * radius, CAREFUL_STEPS)
+    points = [(candidate.objective, path_from(problem, candidate.position, candidate.signs)) for candidate in better]
+    return [(value, point) for value, point in points if check(cell, problem.arm, point).usable]

@@ -1,4 +1,4 @@
-"""The search of a coupled cell: uncoupled optima first, then combinations of candidates, refined until clean."""
+"""The search of a coupled cell: uncoupled optima first, then sampled layouts, those that are clean first, refined."""
 
 from __future__ import annotations
 
@@ -10,11 +10,13 @@ import numpy as np
 
 from models.cell import Cell
 from models.posture import ALL_SIGNS
-from optimizer.coupled.combine import Combination, combine
-from optimizer.coupled.crowds import crowded
-from optimizer.coupled.dead_ends import DeadEnds
+from optimizer.coupled.candidates.followed import Followed
+from optimizer.coupled.candidates.layouts import sample_layouts
+from optimizer.coupled.candidates.polish import polished
+from optimizer.coupled.candidates.starts import Start, starts_of
+from optimizer.coupled.combine import combine
 from optimizer.coupled.obstructed import obstruction
-from optimizer.coupled.pool import Pool, alone_scene, pool_of, with_optimum
+from optimizer.coupled.pool import alone_scene, pool_of, with_optimum
 from optimizer.coupled.refine import Refined, nearby, price_of, refine
 from optimizer.coupled.scene import LIMITS, Scene
 from optimizer.events import Started
@@ -27,10 +29,18 @@ from optimizer.settings import Settings
 from optimizer.solve import SolveStatus
 from optimizer.watch import tell
 
+DENSITIES = (0.15, 1.0, 4.0)
+"""Samples of each round, relative to `candidates.layouts.POSITIONS`: the first is to find a usable layout early, the
+last is for cells in which the second finds none."""
+CLEAN, OTHERS = 10, 6
+"""Starts of a round that keep everything at the poses, and others."""
+TRIED = 6
+"""Of the clean ones, so many are checked as they are for a first usable layout."""
 ROUNDS = 2
-STARTS, IDLE = 8, 4
-"""Refinements of a round; and how many in a row may lead to nothing better than a clean layout that is known, where no
-alternatives are asked for. Of 36 random cells none got better after the second start that ended clean."""
+"""Of arms without a reduced problem, whose candidates are few and looked at closely."""
+IDLE = 4
+"""How many refinements in a row may lead to nothing better than a clean layout that is known, where no alternatives are
+asked for."""
 WORTH = 1.25
 """Starts whose score is this much above the best clean layout are not worth a refinement."""
 BESIDE = 0.06
@@ -87,46 +97,109 @@ def search_coupled(
         search.proved = True
         return search
     scene = Scene.of(cell)
-    optimum = [arm.best for arm in searches if arm.best is not None]
+    optimum = tuple(arm.best for arm in searches if arm.best is not None)
     if _keep(search, _as_it_is(scene, optimum)) and settings.alternatives == 0:
         return search
-    ends, idle = DeadEnds(scene), IDLE if settings.alternatives == 0 else STARTS + 1
-    for round_ in range(ROUNDS):
-        report("combining candidates", round_ / ROUNDS)
-        combinations = _combinations(scene, search, searches, settings, round_, deadline)
-        first = [Combination(tuple(optimum), scene.objective(optimum), np.inf)] if round_ == 0 else []
-        _refine_all(scene, search, [*first, *combinations], ends, idle, deadline, report)
-        if search.found or not search.finished:
-            break
-    if search.found and len(search.found) <= settings.alternatives and all(arm.problem is not None for arm in searches):
+    problems = [arm.problem for arm in searches if arm.problem is not None]
+    if len(problems) == len(searches):
+        _search_reduced(scene, search, problems, optimum, settings, deadline, report)
+    else:
+        _search_general(scene, search, searches, settings, deadline, report)
+    if search.found and len(search.found) <= settings.alternatives and len(problems) == len(searches):
         report("looking for alternatives", 1.0)
-        _look_elsewhere(scene, search, searches, settings, deadline)
+        _look_elsewhere(scene, search, problems, settings, deadline)
     return search
 
 
+def _search_reduced(
+    scene: Scene,
+    search: CoupledSearch,
+    problems: Sequence[ReducedProblem],
+    optimum: tuple[ArmPoint, ...],
+    settings: Settings,
+    deadline: float,
+    report: Callable[[str, float], None],
+) -> None:
+    """Rounds of samples, ever denser: the first until something is usable, the second for what is best."""
+    followed = Followed.of(scene, problems)
+    for round_, density in enumerate(DENSITIES):
+        report("sampling layouts", round_ / len(DENSITIES))
+        layouts, tried = sample_layouts(followed, density, settings.seed + round_)
+        search.candidates += tried
+        if round_ > 0 and scene.model is None and scene.cell.surroundings.floor is None:
+            layouts = polished(followed, layouts)
+        starts = starts_of(followed, layouts, CLEAN, OTHERS)
+        if not search.found:
+            _first_usable(scene, search, starts)
+        if round_ == 0 and search.found:
+            continue
+        if round_ <= 1:
+            starts.append(Start(optimum, scene.objective(optimum), np.inf))
+        _refine_all(scene, search, starts, IDLE if settings.alternatives == 0 else len(starts), deadline, report)
+        if (search.found and round_ > 0) or not search.finished:
+            return
+
+
+def _search_general(
+    scene: Scene,
+    search: CoupledSearch,
+    searches: Sequence[ArmSearch],
+    settings: Settings,
+    deadline: float,
+    report: Callable[[str, float], None],
+) -> None:
+    """Rounds of combinations of few candidates per arm, looked at closely."""
+    for round_ in range(ROUNDS):
+        report("combining candidates", round_ / ROUNDS)
+        pools = []
+        for index, arm in enumerate(searches):
+            pool = pool_of(scene, index, arm.problem, round_, settings.seed, deadline)
+            if arm.best is not None:
+                pool = with_optimum(pool, alone_scene(scene.cell, arm.arm), arm.best, arm.objective)
+            pools.append(pool)
+            search.candidates += pool.evaluated
+        combined = combine(scene, pools, [arm.problem for arm in searches], 2**round_, deadline)
+        starts = [Start(one.points, one.objective, one.lack) for one in combined[: CLEAN + OTHERS]]
+        _first_usable(scene, search, starts)
+        _refine_all(scene, search, starts, IDLE if settings.alternatives == 0 else len(starts), deadline, report)
+        if search.found or not search.finished:
+            return
+
+
+def _first_usable(scene: Scene, search: CoupledSearch, starts: Sequence[Start]) -> None:
+    """Take over the cheapest of some starts that passes every check as it is."""
+    for start in [one for one in starts if one.clean][:TRIED]:
+        if _keep(search, _as_it_is(scene, start.points)):
+            return
+
+
 def _look_elsewhere(
-    scene: Scene, search: CoupledSearch, searches: Sequence[ArmSearch], settings: Settings, deadline: float
+    scene: Scene,
+    search: CoupledSearch,
+    problems: Sequence[ReducedProblem],
+    settings: Settings,
+    deadline: float,
 ) -> None:
     """Layouts in other places or postures than those that are known, whatever they cost, as many as are asked for."""
-    problems = [arm.problem for arm in searches if arm.problem is not None]
-    starts: list[Combination] = []
+    starts: list[Start] = []
     for some in (problems, *_in_other_postures(problems, search.found[0].points)):
-        found, looked = crowded(scene, some, settings.seed, deadline, APART)
-        starts += found
-        search.candidates += looked
-    starts.sort(key=lambda start: start.score(price_of(scene.cell)))
-    tried: list[Sequence[ArmPoint]] = [one.points for one in search.found]
+        followed = Followed.of(scene, some)
+        layouts, tried = sample_layouts(followed, 1.0, settings.seed, worth=np.inf)
+        starts += starts_of(followed, layouts, ELSEWHERE * settings.alternatives, OTHERS, APART)
+        search.candidates += tried
+    starts.sort(key=lambda start: (not start.clean, start.score(price_of(scene.cell))))
+    tried_points: list[Sequence[ArmPoint]] = [one.points for one in search.found]
     for start in starts:
-        if len(search.found) > settings.alternatives or len(tried) > ELSEWHERE * settings.alternatives:
+        if len(search.found) > settings.alternatives or len(tried_points) > ELSEWHERE * settings.alternatives:
             return
         if time.perf_counter() > deadline:
             search.finished = False
             return
-        if any(nearby(start.points, points, APART) for points in tried):
+        if any(nearby(start.points, points, APART) for points in tried_points):
             continue
         search.starts += 1
         refined = refine(scene, start.points, deadline, ())
-        tried += [start.points, refined.points]
+        tried_points += [start.points, refined.points]
         if refined.clean:
             _keep(search, refined)
 
@@ -149,74 +222,51 @@ def _as_it_is(scene: Scene, points: Sequence[ArmPoint]) -> Refined:
     return Refined(tuple(points), scene.objective(points), lack, clean, clearance, 0)
 
 
-def _combinations(
-    scene: Scene,
-    search: CoupledSearch,
-    searches: Sequence[ArmSearch],
-    settings: Settings,
-    round_: int,
-    deadline: float,
-) -> list[Combination]:
-    """Candidates of every arm, combined: few that were looked at closely, or many that were sifted.
-
-    Without couplings the few are better; couplings leave none of them where they are, so there the many come first.
-    """
-    problems = [arm.problem for arm in searches if arm.problem is not None]
-    if round_ == (0 if scene.cell.couplings else 1) and len(problems) == len(searches):
-        found, looked = crowded(scene, problems, settings.seed + round_, deadline)
-        search.candidates += looked
-        return found
-    pools: list[Pool] = []
-    round_ = 0 if len(problems) == len(searches) else round_
-    for index, arm in enumerate(searches):
-        pool: Pool = pool_of(scene, index, arm.problem, round_, settings.seed, deadline)
-        if arm.best is not None:
-            pool = with_optimum(pool, alone_scene(scene.cell, arm.arm), arm.best, arm.objective)
-        pools.append(pool)
-        search.candidates += pool.evaluated
-    return combine(scene, pools, [arm.problem for arm in searches], 2**round_, deadline)
-
-
 def _refine_all(
     scene: Scene,
     search: CoupledSearch,
-    starts: Sequence[Combination],
-    ends: DeadEnds,
+    starts: Sequence[Start],
     idle: int,
     deadline: float,
     report: Callable[[str, float], None],
 ) -> None:
     """Refine what can lead to something better than what is known, until ``idle`` starts in a row did not."""
     price, in_vain = price_of(scene.cell), 0
-    for number, start in enumerate(starts[: STARTS + 1]):
+    refined_ones: list[Refined] = []
+    for number, start in enumerate(starts):
         if time.perf_counter() > deadline:
             search.finished = False
             return
         if in_vain >= idle:
             return
-        if not _promising(search, start, price) or (start.lack > LIMITS and ends.leads_to_one(start.points)):
+        if not _promising(refined_ones, search, start, price):
             continue
-        report("refining", number / STARTS)
+        report("refining", number / len(starts))
         search.starts += 1
-        refined = refine(scene, start.points, deadline, search.found)
-        ends.learn(start.points, refined)
+        refined = refine(scene, start.points, deadline, refined_ones)
         status = SolveStatus.OPTIMAL if refined.clean else SolveStatus.INFEASIBLE
         objective = refined.objective if refined.clean else None
         tell(Started("", search.starts, status.value, objective, refined.rounds))
         known = search.best
+        if not refined.clean and start.clean and (known is None or start.objective < known.objective):
+            refined = _as_it_is(scene, start.points)  # what a descent loses is not lost
         _keep(search, refined)
+        if refined.clean:
+            refined_ones.append(refined)
         better = known is None or (
             search.best is refined and not refined.objective > (1.0 - SAME_COST) * known.objective
         )
         in_vain = 0 if better else in_vain + 1
 
 
-def _promising(search: CoupledSearch, start: Combination, price: float) -> bool:
-    """False for clean starts that are far worse than the best layout, or next to a layout that they do not better."""
-    if search.best is None or start.lack > LIMITS:
+def _promising(refined: Sequence[Refined], search: CoupledSearch, start: Start, price: float) -> bool:
+    """False for starts that are far worse than the best layout, or next to a refined one that they do not better."""
+    if search.best is None:
         return True
-    known = any(nearby(start.points, one.points, BESIDE) and start.objective > one.objective for one in search.found)
-    return not known and start.score(price) <= WORTH * search.best.objective
+    known = any(nearby(start.points, one.points, BESIDE) and start.objective > one.objective for one in refined)
+    if start.clean:
+        return not known and start.objective <= WORTH * search.best.objective
+    return not known and start.objective < search.best.objective
 
 
 def _keep(search: CoupledSearch, refined: Refined) -> bool:

@@ -105,7 +105,7 @@ def test_no_pair_of_bases_of_a_grid_beats_the_coupled_answer():
 
 
 def test_a_coupling_that_nothing_can_keep_is_told():
-    layout = optimize(pair(couplings=(Distance((0, 1), 2.9, 3.0),)), Settings(time_limit=3.0))
+    layout = optimize(pair(couplings=(Distance((0, 1), 3.9, 4.0),)), Settings(time_limit=3.0))
     assert not layout.usable
     kinds = {reason.kind for reason in layout.reasons}
     assert "coupling" in kinds

@@ -1,0 +1,69 @@
+"""Whole layouts out of thousands of placements per arm: those that keep everything first, cheapest first."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from models.arrays import Floats
+from optimizer.box import search_box
+from optimizer.coupled.candidates.candidates import ArmCandidates
+from optimizer.coupled.candidates.extender import WORTH, Extender, Layouts, first_layouts
+from optimizer.coupled.candidates.followed import Followed
+from optimizer.coupled.candidates.loose import LooseTies
+from optimizer.coupled.candidates.placement_filter import PlacementFilter
+from optimizer.coupled.candidates.placements import placements_at
+from optimizer.coupled.candidates.unknowns import TiedUnknowns
+
+POSITIONS = {0: 1, 1: 200, 2: 1500, 3: 3000}
+"""Base positions of the first full round, by number of free coordinates of an arm; each has eight postures."""
+WANTED = 48
+"""Layouts that lack nothing after which no more are looked for."""
+
+
+def sample_layouts(followed: Followed, density: float, seed: int, worth: float = WORTH) -> tuple[Layouts, int]:
+    """Layouts that do not surely lack anything, those without any shortfall first; and how many placements were tried.
+
+    Args:
+        followed: the cell.
+        density: how many times `POSITIONS`. seed: of the samples.
+        worth: once a clean layout is known, what costs so many times as much is left out.
+    """
+    scene, problems = followed.scene, followed.problems
+    boxes = boxes_of(followed)
+    unknowns = TiedUnknowns.of(scene.cell, boxes)
+    count, spacing = _counted(boxes, density)
+    samples = unknowns.sampled(count, seed)
+    arms: list[ArmCandidates] = []
+    layouts: Layouts | None = None
+    for index, (problem, own) in enumerate(zip(problems, samples, strict=True)):
+        tests = PlacementFilter(scene, index, problem.problem)
+        arms.append(ArmCandidates(problem, placements_at(problem, own), tests))
+        ties = LooseTies.of(scene.cell.couplings, problems[: index + 1], unknowns, spacing)
+        if layouts is None:
+            layouts = first_layouts(arms[0], ties, len(problems) == 1)
+        else:
+            layouts = Extender(scene, arms, ties, WANTED, worth).extended(layouts)
+        if not len(layouts):
+            break
+    tried = sum(
+        len(own.positions) * int(np.sum(problem.problem.postures))
+        for own, problem in zip(samples, problems, strict=True)
+    )
+    if layouts is None:
+        raise AssertionError("a cell without arms")
+    return layouts, tried
+
+
+def _counted(boxes: Floats, density: float) -> tuple[int, float]:
+    """How many positions per arm, and about how far [m] they are apart."""
+    width = boxes[..., 1] - boxes[..., 0]
+    free = np.sum(width > 0.0, axis=1)
+    most = int(np.argmax(free))
+    count = max(1, round(POSITIONS[int(free[most])] * density)) if free[most] else 1
+    sides = width[most][width[most] > 0.0]
+    return count, float(np.prod(sides) / count) ** (1.0 / len(sides)) if len(sides) else 0.0
+
+
+def boxes_of(followed: Followed) -> Floats:
+    """(A, 3, 2) m, where the bases may stand."""
+    return np.array([search_box(followed.scene.cell, problem.arm) for problem in followed.problems])

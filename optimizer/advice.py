@@ -10,6 +10,7 @@ from models.cell import Cell
 from optimizer.clearance import found_clearances
 from optimizer.coupled.scene import Scene
 from optimizer.findings import Explanation
+from optimizer.infeasibility.explain import explain
 from optimizer.layout import Layout, Outcome
 from optimizer.measure import jobs_of, placed
 from optimizer.program import ArmPoint
@@ -19,7 +20,6 @@ from optimizer.settings import Settings
 from optimizer.tolerance.tolerance import tolerance_of
 from optimizer.verify import check, summarise
 from optimizer.watch import unheard
-from optimizer.why_not.explain import explain
 
 
 def with_advice(cell: Cell, layout: Layout, settings: Settings, table: Timetable) -> Layout:

@@ -97,10 +97,10 @@ class Explanation:
     """What blocks an infeasible cell.
 
     Attributes:
-        blocking: an irreducible set: these by themselves leave no layout, and without any one of them the others do.
-        irreducible: True if that was tried for every member within the time; False: the set blocks all layouts that
-            were met until then.
-        relaxations: changes that help, the one with the best layout first.
+        blocking: these by themselves leave no layout; proved, or no layout was found.
+        irreducible: True if it is proved that they leave none, and a layout of what they concern is known without any
+            one of them; False: they block all layouts that were met.
+        relaxations: changes that help, each with the smallest number that was found, cheapest first.
     """
 
     blocking: tuple[str, ...]

@@ -59,7 +59,7 @@ def _run(cell: Cell, index: int, deadline: float) -> ArmTree | None:
     problem = reduced_problem(cell, cell.arms[index])
     if problem is None:
         return None
-    tree = ArmTree(Scene.of(cell), index, problem, first=1)
+    tree = ArmTree(Scene.of(cell), index, problem)
     while not tree.empty and tree.alone is None and tree.boxes < BOXES and time.perf_counter() < deadline:
         check_stop()
         if not tree.work_off(np.inf, by_size=True):

@@ -25,6 +25,8 @@ WORTH = 1e-4
 """Relative; starts that promise less than this are not refined."""
 NEARLY = 5e-3
 """m or rad that a start may lack: refinements mend that."""
+TIED = 0.05
+"""m or rad that ties may lack at a start: refinements move bases onto them."""
 BESIDE = 0.03
 """m; starts this near to one that was refined already lead to the same layout."""
 IN_VAIN = 6
@@ -87,10 +89,9 @@ class Proposals:
         points = [one.point, other.point]
         if any(nearby(points, tried, BESIDE) for tried in self.tried):
             return None
-        lack = max(self.scene.tie_lack(points), self.scene.floor_lack(points))
-        if lack > NEARLY or self.scene.contact_lacks([points])[0] > NEARLY:
+        if self.scene.tie_lack(points) > TIED or self.scene.floor_lack(points) > NEARLY:
             return None
-        return points
+        return points if self.scene.contact_lacks([points])[0] <= NEARLY else None
 
     def refine(self, start: Sequence[ArmPoint]) -> bool:
         """Refine a start; True if that led to something better, which is then known."""

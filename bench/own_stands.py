@@ -106,7 +106,7 @@ def own_stands(task: OwnTask, places: Floats, yaws: Floats | None = None) -> Own
         steps = np.abs(np.diff(joints[:, :, job], axis=2))
         wrong += EXCEEDED * np.maximum(np.max(steps, axis=(2, 3), initial=0.0) - task.max_step, 0.0)
     if arm.avoid_singularities:
-        wrong += np.maximum(SINGULAR_WRIST - _wrist(task.own, joints), 0.0).max(axis=-1) * (EXCEEDED * 100.0)
+        wrong += np.maximum(SINGULAR_WRIST - wrist_angles(task.own, joints), 0.0).max(axis=-1) * (EXCEEDED * 100.0)
     for i in range(1, 6):
         for job in task.jobs:
             wrong += EXCEEDED * _lift(task, joints, job, i)
@@ -121,8 +121,8 @@ def own_stands(task: OwnTask, places: Floats, yaws: Floats | None = None) -> Own
     return OwnStands(objective, wrong * task.scale, yaw, joints)
 
 
-def _wrist(own: OwnArm, joints: Floats) -> Floats:
-    """(..., m) rad, angle between the lines of axes 4 and 6."""
+def wrist_angles(own: OwnArm, joints: Floats) -> Floats:
+    """(..., m) rad, angle between the lines of axes 4 and 6: how far a wrist is from its singularity."""
     h4, h5, h6 = own.axes[3:]
     aside = np.cross(h5, h6)
     flat = h6 - (h5 @ h6) * h5

@@ -1,0 +1,33 @@
+"""The cells of the proofs by number: the hundred of `bench.cells`, the beam cell, the door cell."""
+
+from __future__ import annotations
+
+import json
+from functools import lru_cache
+from pathlib import Path
+
+from bench.cells import CELLS, RealCell, beam_cell, real_cell
+from models.cell import Cell
+from service.convert import cell_of
+from service.schemas.request import LayoutRequest
+from service.validation import validate
+
+BEAM, DOOR = CELLS, CELLS + 1
+"""Numbers after the hundred."""
+CASES = Path(__file__).resolve().parents[1] / "tests" / "data" / "acceptance" / "search"
+
+
+def numbered_cell(number: int) -> RealCell:
+    """Cell ``number``: 0 to 99 as in `bench.cells`, then `BEAM` and `DOOR`, which are known to have layouts."""
+    if number == BEAM:
+        return RealCell("beam cell", "open", beam_cell(), None)
+    if number == DOOR:
+        return RealCell("door cell", "open", case("door_cell"), None)
+    return real_cell(number)
+
+
+@lru_cache(maxsize=8)
+def case(name: str) -> Cell:
+    """The cell of a case that is kept with the tests."""
+    kept = json.loads((CASES / f"{name}.json").read_text(encoding="utf-8"))
+    return cell_of(validate(LayoutRequest, kept["request"]))

@@ -13,6 +13,7 @@ from models.posture import ALL_SIGNS
 from optimizer.coupled.candidates.followed import Followed
 from optimizer.coupled.candidates.layouts import sample_layouts
 from optimizer.coupled.candidates.polish import polished
+from optimizer.coupled.candidates.short_task import LONG, ShortTask
 from optimizer.coupled.candidates.starts import Start, starts_of
 from optimizer.coupled.combine import combine
 from optimizer.coupled.obstructed import obstruction
@@ -38,6 +39,8 @@ TRIED = 6
 """Of the clean ones, so many are checked as they are for a first usable layout."""
 ROUNDS = 2
 """Of arms without a reduced problem, whose candidates are few and looked at closely."""
+SHORT = (40, 160)
+"""Poses that stand for a long task, at first and where nothing is found with these."""
 IDLE = 4
 """How many refinements in a row may lead to nothing better than a clean layout that is known, where no alternatives are
 asked for."""
@@ -58,7 +61,8 @@ class CoupledSearch:
     Attributes:
         found: distinct clean layouts, best first. nearest: the least violating one that was found, if none is clean.
         candidates: bases × postures looked at. starts: refinements. hits: how often the best layout was reached.
-        finished: False if time ran out. reasons, proved: why there is none, and whether that is certain.
+        whole: False for a task that stands for a longer one. finished: False if time ran out.
+        reasons, proved: why there is none, and whether that is certain.
     """
 
     found: list[Refined] = field(default_factory=list)
@@ -66,6 +70,7 @@ class CoupledSearch:
     candidates: int = 0
     starts: int = 0
     hits: int = 0
+    whole: bool = True
     finished: bool = True
     reasons: tuple[Reason, ...] = ()
     proved: bool = False
@@ -102,13 +107,45 @@ def search_coupled(
         return search
     problems = [arm.problem for arm in searches if arm.problem is not None]
     if len(problems) == len(searches):
-        _search_reduced(scene, search, problems, optimum, settings, deadline, report)
+        if len(cell.task) > LONG:
+            _search_short(scene, search, problems, optimum, settings, deadline, report)
+        if not search.found and search.finished:
+            _search_reduced(scene, search, problems, optimum, settings, deadline, report)
     else:
         _search_general(scene, search, searches, settings, deadline, report)
     if search.found and len(search.found) <= settings.alternatives and len(problems) == len(searches):
         report("looking for alternatives", 1.0)
         _look_elsewhere(scene, search, problems, settings, deadline)
     return search
+
+
+def _search_short(
+    scene: Scene,
+    search: CoupledSearch,
+    problems: Sequence[ReducedProblem],
+    optimum: tuple[ArmPoint, ...],
+    settings: Settings,
+    deadline: float,
+    report: Callable[[str, float], None],
+) -> None:
+    """Search on some of the poses, and refine what is found there on all of them; on more poses if that fails."""
+    for count in SHORT:
+        if len(scene.cell.task) <= count or not search.finished:
+            return
+        short = ShortTask.of(scene, problems, count)
+        inner = CoupledSearch(whole=False)
+        _search_reduced(short.scene, inner, short.short_problems, short.at_poses(optimum), settings, deadline, report)
+        if inner.found and len(inner.found) <= settings.alternatives:
+            _look_elsewhere(short.scene, inner, short.short_problems, settings, deadline)
+        search.candidates, search.starts = search.candidates + inner.candidates, search.starts + inner.starts
+        search.finished = inner.finished
+        known = inner.found or [one for one in (inner.nearest,) if one is not None]
+        carried = [short.on_whole(one.points) for one in known]
+        starts = sorted((one for one in carried if one is not None), key=lambda one: (not one.clean, one.objective))
+        _first_usable(scene, search, starts)
+        _refine_all(scene, search, starts, IDLE if settings.alternatives == 0 else len(starts), deadline, report)
+        if search.found:
+            return
 
 
 def _search_reduced(
@@ -275,7 +312,8 @@ def _keep(search: CoupledSearch, refined: Refined) -> bool:
         if search.nearest is None or refined.lack < search.nearest.lack:
             search.nearest = refined
         return False
-    layout_found(refined.points, refined.objective)
+    if search.whole:
+        layout_found(refined.points, refined.objective)
     for other in search.found:
         if _same(refined, other):
             search.hits += other is search.found[0]

@@ -1,0 +1,102 @@
+"""Long tasks on some of their poses: what stands for the others, and layouts carried over to all of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from models.cell import Cell
+from models.pose import rotation_z, transform
+from models.posture import ALL_SIGNS
+from models.shapes import Body, Box
+from models.surroundings import Clearances, Surroundings
+from models.task import Task
+from optimizer.coupled.candidates.short_task import ShortTask, shortened
+from optimizer.coupled.scene import Scene
+from optimizer.coupled.search import search_coupled
+from optimizer.program import ArmPoint
+from optimizer.reduced import evaluate, reduced_problem
+from optimizer.search import search_arm
+from optimizer.settings import Settings
+from optimizer.verify import check
+from tests.support.arms import make_arm, region
+
+MANY = 240
+
+
+def bent(count: int = MANY) -> Task:
+    """Along x, then up, then along y, with a turn on the last stretch; evenly in time."""
+    corners = np.array([[0.0, 0.0, 0.5], [0.4, 0.0, 0.5], [0.4, 0.0, 0.8], [0.4, 0.4, 0.8]])
+    at = np.linspace(0.0, 3.0, count)
+    positions = np.stack([np.interp(at, np.arange(4), corners[:, axis]) for axis in range(3)], axis=-1)
+    turned = np.array([rotation_z(0.5 * max(0.0, t - 2.0)) for t in at])
+    return Task(transform(turned, positions))
+
+
+def cell(task: Task, **more) -> Cell:
+    arm = make_arm("ur10e", "arm", region((-0.9, 1.2), (-0.9, 1.2)))
+    return Cell(task, (arm,), **more)
+
+
+def test_poses_at_corners_are_kept_and_weights_stay_where_they_are():
+    task = bent()
+    poses, short = shortened(task, 20)
+    assert len(poses) < 45
+    assert {0, MANY - 1} <= set(poses.tolist())
+    for corner in (0.4, 0.0, 0.5), (0.4, 0.0, 0.8):
+        assert np.min(np.linalg.norm(short.poses[:, :3, 3] - corner, axis=1)) < 5e-3
+    assert np.sum(short.weights) == pytest.approx(np.sum(task.weights), rel=1e-12)
+    middle = task.weights @ task.poses[:, :3, 3], short.weights @ short.poses[:, :3, 3]
+    assert middle[1] == pytest.approx(middle[0], abs=2e-3 * MANY)
+
+
+def test_a_dwell_keeps_its_weight_and_reversal_keeps_the_choice():
+    dwell = np.concatenate([bent(100).poses, np.repeat(bent(100).poses[-1:], 140, axis=0)])
+    poses, short = shortened(Task(dwell), 20)
+    rested = np.linalg.norm(short.poses[:, :3, 3] - dwell[-1, :3, 3], axis=1) < 1e-9
+    assert np.sum(short.weights[rested]) >= 140.0
+    back, reverse = shortened(Task(dwell[::-1].copy()), 20)
+    assert len(back) == len(poses)
+    np.testing.assert_allclose(reverse.poses[::-1, :3, 3], short.poses[:, :3, 3], atol=1e-9)
+
+
+def test_jobs_stay_apart():
+    task = replace(bent(), starts=(0, 1, 100), names=("a", "b", "c"))
+    poses, short = shortened(task, 20)
+    assert short.names == ("a", "b", "c")
+    assert [int(poses[start]) for start in short.starts] == [0, 1, 100]
+    assert {0, 1, 99, 100, MANY - 1} <= set(poses.tolist())
+
+
+def test_a_layout_is_carried_over_to_all_poses():
+    whole = cell(bent())
+    problem = reduced_problem(whole, whole.arms[0])
+    assert problem is not None
+    short = ShortTask.of(Scene.of(whole), [problem], 20)
+    own = evaluate(short.short_problems[0], np.array([[-0.4, -0.3, 0.0]]))
+    usable = np.flatnonzero(own.violation[:, 0] == 0.0)
+    assert len(usable)
+    for k in usable:
+        point = ArmPoint(np.array([-0.4, -0.3, 0.0]), float(own.yaw[k, 0]), own.joints[:, k, 0].T, ALL_SIGNS[k])
+        start = short.on_whole([point])
+        assert start is not None
+        assert start.points[0].joints[short.poses] == pytest.approx(point.joints, abs=1e-9)
+        assert check(whole, whole.arms[0], start.points[0]).usable
+        assert start.objective == pytest.approx(own.objective[k, 0], rel=2e-2)
+
+
+def test_a_long_task_beside_an_obstacle_is_solved_on_all_its_poses():
+    free = cell(bent())
+    alone = search_arm(free, free.arms[0], Settings(), np.inf)
+    x, y, _ = alone.best.position
+    block = Body("block", transform(np.eye(3), [x, y, 0.3]), Box(np.array([0.25, 0.25, 0.6])))
+    blocked = cell(bent(), surroundings=Surroundings((block,), clearances=Clearances(arm_obstacle=0.02)))
+    search = search_coupled(blocked, [search_arm(blocked, blocked.arms[0], Settings(), np.inf)], Settings(), np.inf)
+    assert search.best is not None
+    assert len(search.best.points[0].joints) == MANY
+    assert search.best.objective > alone.objective
+    scene = Scene.of(blocked)
+    assert scene.certify(search.best.points).clear
+    assert scene.usable(search.best.points)

@@ -65,7 +65,7 @@ def plain(runs: int, report: Callable[[Timing], None]) -> list[Timing]:
     note(_solve("UR10e pair, 10 poses", ur_beam(), 0.20, 2 * runs))
     note(_solve("PUMA pair, 1,000 poses", thesis_line(1000), 2.0, max(2, runs // 2)))
     for model in ("iiwa14", "fanuc_crx10ia"):
-        note(_solve(f"{model} pair, 10 poses", _pair(model), 3.0, max(2, runs // 2)))
+        note(_solve(f"{model} pair, 10 poses", pair(model), 3.0, max(2, runs // 2)))
     for gap, target in ((5e-3, 0.5), (1e-4, 3.0)):
         note(_prove(f"certificate of the line, gap {gap:.2%}", thesis_line(10), gap, target, runs))
         note(_prove(f"certificate of the arc, gap {gap:.2%}", thesis_arc(), gap, target, runs))
@@ -134,7 +134,7 @@ def _http() -> list[Timing]:
     ]
 
 
-def _pair(model: str) -> Cell:
+def pair(model: str) -> Cell:
     """Two arms of one model on either side of a line of 30 cm that turns by 30°."""
     task = line(
         transform(np.eye(3), np.array([-0.15, 0.0, 0.5])), transform(rotation_z(0.5), np.array([0.15, 0.1, 0.5])), 10

@@ -48,13 +48,13 @@ def arm_conflict(cell: Cell, deadline: float) -> ArmConflict | None:
 def proved_arm(cell: Cell, deadline: float) -> tuple[int, ArmTree] | None:
     """Index and tree of the first arm that is proved to have no layout by itself; None where none is."""
     for index in range(len(cell.arms)):
-        tree = _run(cell, index, deadline)
+        tree = arm_tree(cell, index, deadline)
         if tree is not None and tree.empty:
             return index, tree
     return None
 
 
-def _run(cell: Cell, index: int, deadline: float) -> ArmTree | None:
+def arm_tree(cell: Cell, index: int, deadline: float) -> ArmTree | None:
     """The tree of an arm, worked off until it is empty or a layout of the arm by itself is met; None without one."""
     problem = reduced_problem(cell, cell.arms[index])
     if problem is None:
@@ -81,7 +81,7 @@ def _minimal(cell: Cell, index: int, tree: ArmTree, deadline: float) -> ArmConfl
     chosen, irreducible = frozenset(used), True
     for element in sorted(used, key=lambda e: weight.get(e, 0)):
         fewer = Selection(arms | (chosen - {element}), 0, len(cell.task) - 1)
-        smaller = _run(restricted(cell, fewer), index, deadline)
+        smaller = arm_tree(restricted(cell, fewer), index, deadline)
         if smaller is not None and smaller.empty:
             chosen -= {element}
         else:

@@ -46,7 +46,16 @@ def explain(cell: Cell, layout: Layout, seed: int, deadline: float) -> Explanati
             # That the set leaves no layout was searched, not proved: what is not named may block as well.
             return replace(found, irreducible=False) if isinstance(found, Explanation) else found
         conflict, irreducible = proved.selection, proved.irreducible
-    return Explanation(conflict.words(cell), irreducible, remedies(cell, conflict, end, seed))
+    return Explanation(conflict.words(cell), irreducible, remedies(cell, conflict, end, seed, _possible(causes)))
+
+
+def _possible(causes: Sequence[Infeasibility]) -> dict[str, float]:
+    """What could be kept of what is asked for, by the pointer to it, as far as that is proved."""
+    found: dict[str, float] = {}
+    for cause in causes:
+        if cause.possible is not None:
+            found[cause.pointer] = min(cause.possible, found.get(cause.pointer, cause.possible))
+    return found
 
 
 def _selection(cell: Cell, cause: Infeasibility) -> Selection:

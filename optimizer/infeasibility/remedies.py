@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,13 +17,14 @@ from models.floor import Floor
 from models.pose import transform
 from models.shapes import Body, HalfSpace
 from models.surroundings import PairClass
-from optimizer.coupled.scene import Scene
 from optimizer.findings import Relaxation
 from optimizer.infeasibility.arm_conflict import proved_arm
 from optimizer.infeasibility.immediate import immediate_infeasibility
+from optimizer.infeasibility.largest import KINDS, Largest, largest_clearance, largest_conditioning
+from optimizer.infeasibility.resolve import resolved
 from optimizer.program import ArmPoint
 from optimizer.why_not.elements import Element, Kind, Selection
-from optimizer.why_not.trial import Found, clean, find
+from optimizer.why_not.trial import Found
 
 CLOSE = 0.05
 """Relative width of the interval that holds the smallest number, where the search for it ends."""
@@ -33,6 +34,8 @@ SHARE = 0.5
 """Of the time left that one trial may take."""
 PROOF = 0.15
 """Of the time left that a proof before a trial may take."""
+PRECISE = 5e-5
+"""m, of the largest clearance that is possible."""
 MOST_TOLD = 3
 
 
@@ -44,6 +47,8 @@ class Remedy:
         change: makes the cell for an amount; more of it never hurts. words: says it to people.
         pointer: JSON pointer to the field. least, most: amounts, the first to be tried and the largest.
         exact: decimal step, in the unit of the amount; amounts are rounded up to it.
+        kept: how much of what is asked for an arm can keep, by its index and a deadline; None where no tree says so.
+        required: what is asked for, where ``kept`` is given.
     """
 
     change: Callable[[float], Cell]
@@ -52,6 +57,8 @@ class Remedy:
     least: float
     most: float
     exact: float
+    kept: Callable[[int, float], Largest | None] | None = None
+    required: float = 0.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -60,31 +67,68 @@ class _Helpful:
     found: Found
 
 
-def remedies(cell: Cell, conflict: Selection, deadline: float, seed: int) -> tuple[Relaxation, ...]:
+@dataclass(frozen=True, eq=False, slots=True)
+class _Bracket:
+    """Amounts: ``low`` does not help, ``first`` may."""
+
+    low: float
+    first: float
+
+
+def remedies(
+    cell: Cell, conflict: Selection, deadline: float, seed: int, possible: Mapping[str, float] | None = None
+) -> tuple[Relaxation, ...]:
     """The smallest changes that help, at most `MOST_TOLD`, the cheapest first; each has a layout.
 
     Args:
         cell: the cell. conflict: what blocks it.
         deadline: `time.perf_counter` value, soft; what has not been solved by then is not told.
         seed: of the searches.
+        possible: by JSON pointer, the largest value that was found possible, if no more than `PRECISE` below the bound.
     """
     told: list[Relaxation] = []
     hints: list[tuple[ArmPoint, ...]] = []
+    arms = [element.index for element in conflict.elements if element.kind is Kind.ARM]
     for remedy in _candidates(cell, conflict):
         if len(told) == MOST_TOLD or time.perf_counter() > deadline:
             break
-        helpful = _smallest(remedy, hints, deadline, seed)
+        if possible and remedy.pointer in possible:
+            less = remedy.required - possible[remedy.pointer]
+            bracket: _Bracket | None = _Bracket(
+                less - 2.0 * remedy.exact, min(_rounded(less, remedy.exact), remedy.most)
+            )
+        else:
+            bracket = _bracket(remedy, arms, deadline)
+        helpful = None if bracket is None else _smallest(remedy, bracket, hints, deadline, seed)
         if helpful is not None:
             hints.insert(0, helpful.found.points)
             told.append(Relaxation(remedy.words(helpful.amount), remedy.pointer, helpful.found.objective))
     return tuple(told)
 
 
-def _smallest(remedy: Remedy, hints: Sequence[tuple[ArmPoint, ...]], deadline: float, seed: int) -> _Helpful | None:
+def _bracket(remedy: Remedy, arms: Sequence[int], deadline: float) -> _Bracket | None:
+    """Where to look for the smallest amount; None if it is proved that none helps."""
+    low, first = 0.0, min(remedy.least, remedy.most)
+    if remedy.kept is None:
+        return None if first < remedy.most and _hopeless(remedy.change(remedy.most), deadline) else _Bracket(low, first)
+    for arm in arms:
+        now = time.perf_counter()
+        largest = remedy.kept(arm, now + SHARE * max(deadline - now, 0.0))
+        if largest is None:
+            continue
+        if largest.bound == -np.inf:
+            return None
+        low = max(low, remedy.required - largest.bound)
+        if largest.found is not None and largest.found < remedy.required:
+            first = min(max(first if low == 0.0 else 0.0, remedy.required - largest.found), remedy.most)
+    return _Bracket(low, min(_rounded(first, remedy.exact), remedy.most))
+
+
+def _smallest(
+    remedy: Remedy, bracket: _Bracket, hints: Sequence[tuple[ArmPoint, ...]], deadline: float, seed: int
+) -> _Helpful | None:
     """The smallest amount for which a layout is found; None where none is in time."""
-    low, amount, helpful = 0.0, min(remedy.least, remedy.most), None
-    if amount < remedy.most and _hopeless(remedy.change(remedy.most), deadline):
-        return None
+    low, amount, helpful = bracket.low, bracket.first, None
     while helpful is None:
         found = _solved(remedy.change(amount), hints, deadline, seed)
         if found is not None:
@@ -116,18 +160,9 @@ def _rounded(amount: float, exact: float) -> float:
 
 
 def _solved(cell: Cell, hints: Sequence[tuple[ArmPoint, ...]], deadline: float, seed: int) -> Found | None:
-    """A layout of a cell that passes every check; proofs, which are quicker than searches, are asked first."""
-    if immediate_infeasibility(cell):
-        return None
-    scene = Scene.of(cell)
-    for hint in hints:
-        if clean(scene, hint):
-            return Found(tuple(hint), scene.objective(hint))
+    """A layout of a cell that passes every check, looked for in a share of the time that is left."""
     now = time.perf_counter()
-    if proved_arm(cell, now + PROOF * max(deadline - now, 0.0)) is not None:
-        return None
-    now = time.perf_counter()
-    return find(cell, now + SHARE * max(deadline - now, 0.0), list(hints)[:MOST_TOLD], seed).found
+    return resolved(cell, hints[:MOST_TOLD], now + SHARE * max(deadline - now, 0.0), seed).found
 
 
 # --- what may be changed ----------------------------------------------------------------------------------------------
@@ -180,7 +215,11 @@ def _clearance(cell: Cell, kind: PairClass) -> Remedy:
         less = f"{1e3 * (required - amount):.1f}".removesuffix(".0")
         return f"ask for {less} mm instead of {1e3 * required:g} mm of {kind} clearance"
 
-    return Remedy(change, words, f"/clearance/{kind}", min(0.02 * required, required), required, 1e-4)
+    def kept(arm: int, deadline: float) -> Largest | None:
+        return largest_clearance(change(required), arm, kind, PRECISE, deadline)
+
+    first, own = min(0.02 * required, required), kept if kind in KINDS else None
+    return Remedy(change, words, f"/clearance/{kind}", first, required, 1e-4, own, required)
 
 
 def _conditioning(cell: Cell, a: int) -> Remedy:
@@ -194,7 +233,10 @@ def _conditioning(cell: Cell, a: int) -> Remedy:
     def words(amount: float) -> str:
         return f"ask for a conditioning of {wanted - amount:.3f} instead of {wanted:g} of {arm.name}"
 
-    return Remedy(change, words, f"/arms/{a}/min_conditioning", 0.1 * wanted, wanted, 1e-3)
+    def kept(index: int, deadline: float) -> Largest | None:
+        return largest_conditioning(change(wanted), a, 1e-3 * wanted, deadline) if index == a else None
+
+    return Remedy(change, words, f"/arms/{a}/min_conditioning", 0.1 * wanted, wanted, 1e-3, kept, wanted)
 
 
 def _step(cell: Cell) -> Remedy:
@@ -221,7 +263,8 @@ def _margin(cell: Cell, floor: Floor) -> Remedy:
         margin = 1e3 * floor.margin
         return f"ask for {margin - 1e3 * amount:.0f} mm instead of {margin:.0f} mm of margin on the floor"
 
-    return Remedy(change, words, "/floor/margin", 0.1 * floor.margin, floor.margin, 1e-3)
+    least = 0.1 * floor.margin
+    return Remedy(change, words, "/floor/margin", least, floor.margin, 1e-3, required=floor.margin)
 
 
 def _floor(cell: Cell, floor: Floor) -> Remedy:

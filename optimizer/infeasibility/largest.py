@@ -1,0 +1,140 @@
+"""The largest clearance or conditioning that an arm can keep by itself: one tree, whose level rises with what is found.
+
+The tree is that of the arm where no more than contact is to be avoided. A box is excluded where no base in it keeps
+more than the best that was met at the centre of a box, by a small amount; when all boxes are, the best is known as
+exactly as that.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.arm import Arm
+from models.arrays import Floats, Ints
+from models.cell import Cell
+from models.chain import chain_of
+from models.kinematics import characteristic_length
+from models.posture import ALL_SIGNS
+from models.screws import conditioning_of
+from models.surroundings import PairClass
+from optimizer.certificate.arm_tree import USABLE, AloneLayout, ArmTree
+from optimizer.certificate.exclusion.causes import CONDITIONING
+from optimizer.coupled.scene import Scene
+from optimizer.program import ArmPoint
+from optimizer.reduced import ReducedProblem, evaluate_signed, reduced_problem
+from optimizer.watch import check_stop
+
+BOXES = 12_000
+"""Bounded at most."""
+LOOKED_AT = 6
+"""Places per round that are measured."""
+KINDS = {PairClass.ARM_OBSTACLE: "obstacle", PairClass.ARM_PART: "part", PairClass.SELF: "self"}
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Largest:
+    """How much an arm can keep.
+
+    Attributes:
+        found: kept by ``point`` at all poses; None where nothing was found.
+        bound: no layout keeps more; -inf if the arm has no layout at all; inf where nothing was proved.
+        point: of the arm.
+    """
+
+    found: float | None
+    bound: float
+    point: ArmPoint | None
+
+
+def largest_clearance(cell: Cell, index: int, kind: PairClass, precise: float, deadline: float) -> Largest | None:
+    """The largest clearance [m] of a class that an arm can keep, the rest of its cell being kept; None without a tree.
+
+    Args:
+        cell: that asks for nothing but contact to be avoided in the class. index: of the arm.
+        kind: arm_obstacle, arm_part or self. precise: m. deadline: `time.perf_counter` value, soft.
+    """
+    problem = reduced_problem(cell, cell.arms[index])
+    if problem is None or kind not in KINDS:
+        return None
+    tree = _Rising(Scene.of(cell), index, problem, _Clearance(kind), precise)
+    soft = [c for c, cause in enumerate(tree.excluder.causes.all) if cause.kind == KINDS[kind]]
+    return tree.run(soft, deadline)
+
+
+def largest_conditioning(cell: Cell, index: int, precise: float, deadline: float) -> Largest | None:
+    """The same for the conditioning of a cell that asks for nearly none of the arm."""
+    arm = cell.arms[index]
+    problem = reduced_problem(cell, arm)
+    if problem is None:
+        return None
+    tree = _Rising(Scene.of(cell), index, problem, _Conditioning(arm), precise)
+    return tree.run([CONDITIONING], deadline)
+
+
+class _Clearance:
+    """Smallest distance of a class at the poses."""
+
+    def __init__(self, kind: PairClass) -> None:
+        self.kind = kind
+
+    def __call__(self, scene: Scene, point: ArmPoint) -> float:
+        model, task = scene.model, scene.cell.task
+        if model is None:
+            return np.inf
+        places = model.configure(scene.bases([point]), [point.joints], task.poses, task.job_of)
+        found = model.closest(places, self.kind)
+        return np.inf if found is None else found[1].distance
+
+
+class _Conditioning:
+    """Smallest conditioning at the poses, beyond the little that is asked for."""
+
+    def __init__(self, arm: Arm) -> None:
+        self.arm = arm
+
+    def __call__(self, scene: Scene, point: ArmPoint) -> float:
+        arm = self.arm
+        values = conditioning_of(chain_of(arm.robot), arm.tool, point.joints, characteristic_length(arm.robot))
+        return float(np.min(values)) - (arm.min_conditioning or 0.0)
+
+
+class _Rising(ArmTree):
+    """A tree whose level rises with the best slack that is met."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        index: int,
+        problem: ReducedProblem,
+        slack: _Clearance | _Conditioning,
+        precise: float,
+    ) -> None:
+        super().__init__(scene, index, problem)
+        self.slack, self.precise = slack, precise
+        self.best = -np.inf
+        self.point: ArmPoint | None = None
+        self.soft: list[int] = []
+
+    def run(self, soft: list[int], deadline: float) -> Largest:
+        """Work the tree off; ``soft`` are the numbers of the causes in question."""
+        self.soft = soft
+        while not self.empty and self.boxes < BOXES and time.perf_counter() < deadline:
+            check_stop()
+            if not self.work_off(np.inf, by_size=True):
+                break
+        bound = self.best + self.precise if self.empty else np.inf  # -inf where nothing was found at all
+        return Largest(self.best if np.isfinite(self.best) else None, bound, self.point)
+
+    def _try(self, places: Floats, postures: Ints) -> None:
+        """Measure usable layouts at some places (n, 3) in postures (n,)."""
+        paths = evaluate_signed(self.problem, places, np.array(ALL_SIGNS)[postures])
+        for k in np.flatnonzero(paths.violation[0] <= USABLE)[:LOOKED_AT]:
+            point = ArmPoint(places[k], float(paths.yaw[0, k]), paths.joints[:, 0, k].T, ALL_SIGNS[postures[k]])
+            slack = self.slack(self.check.scene, point)
+            if slack > max(self.best, 0.0) and self.check.usable(point):
+                self.best, self.point = slack, point
+                self.alone = AloneLayout(point, 0.0)
+                self.levels = dict.fromkeys(self.soft, slack + self.precise)

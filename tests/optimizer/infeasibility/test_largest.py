@@ -1,0 +1,45 @@
+"""The largest clearance that an arm can keep: kept by what was found, beyond every sample's by what was proved."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+
+from bench.cells import real_cell
+from models.posture import ALL_SIGNS
+from models.surroundings import PairClass
+from optimizer.certificate.alone import AloneCheck
+from optimizer.infeasibility.largest import largest_clearance
+from optimizer.program import ArmPoint
+from optimizer.reduced import evaluate_signed, reduced_problem
+
+KIND = PairClass.ARM_OBSTACLE
+
+
+def distance(check, point):
+    model, task = check.scene.model, check.cell.task
+    places = model.configure(check.scene.bases([point]), [point.joints], task.poses, task.job_of)
+    return model.closest(places, KIND)[1].distance
+
+
+def test_what_is_found_is_kept_and_no_sample_keeps_more_than_the_bound():
+    cell = real_cell(87).cell
+    around = cell.surroundings
+    cell = replace(cell, surroundings=replace(around, clearances=replace(around.clearances, arm_obstacle=0.0)))
+    index = 0
+    largest = largest_clearance(cell, index, KIND, 1e-3, time.perf_counter() + 300.0)
+    arm = cell.arms[index]
+    check, problem = AloneCheck.of(cell, arm), reduced_problem(cell, arm)
+    assert check.usable(largest.point)
+    assert abs(distance(check, largest.point) - largest.found) < 1e-9
+    assert largest.found <= largest.bound <= largest.found + 1e-3 + 1e-12
+    rng = np.random.default_rng(0)
+    near = largest.point.position + rng.uniform(-0.05, 0.05, (60, 3)) * (np.ptp(arm.base.bounds[:3], axis=1) > 0.0)
+    for signs in ALL_SIGNS:
+        paths = evaluate_signed(problem, near, np.tile(signs, (60, 1)))
+        for k in np.flatnonzero(paths.violation[0] <= 1e-9):
+            point = ArmPoint(near[k], float(paths.yaw[0, k]), paths.joints[:, 0, k].T, signs)
+            if check.usable(point):
+                assert distance(check, point) <= largest.bound + 2e-6

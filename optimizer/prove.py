@@ -101,7 +101,8 @@ def _prove_arm(cell: Cell, search: ArmSearch, settings: CertificateSettings) -> 
     if search.problem is None:
         return ArmCertificate(arm.name, None, None, False, 0, 0.0, _no_proof(search))
     known = search.objective if search.best is not None else None
-    proof = certify(search.problem, known, settings)
+    tree = search.tree if search.tree is not None and search.tree.settings.gap <= settings.gap else None
+    proof = certify(search.problem, known, settings, tree=tree)
     if proof.infeasible:
         search.proved = True
         search.reasons = explain_proof(cell, search.arm, proof.obstacles) + search.reasons
@@ -119,6 +120,8 @@ def _certificate(search: ArmSearch, proof: ArmProof, settings: CertificateSettin
     note = proof.note
     if proof.infeasible:
         note = "proved infeasible: no base in the region can do the task in one posture"
+    elif not proved and search.arm.min_conditioning is not None:
+        note = f"the bound does not know of min_conditioning; the gap may be what that costs. {note}".strip()
     return ArmCertificate(search.arm.name, bound, gap, proved, proof.boxes, proof.wall_time, note, ended)
 
 

@@ -134,7 +134,6 @@ def explain_proof(cell: Cell, arm: Arm, obstacles: tuple[Obstacle, ...]) -> tupl
             "out_of_reach": "are out of reach",
             "joint_limit": f"need {joint} beyond its limits",
             "joint_step": "cannot be joined without too long a joint step",
-            "conditioning": f"leave a conditioning below {arm.min_conditioning}",
         }[obstacle.kind]
         detail = (
             f"{arm.name}: proved impossible from every allowed base in any one posture; {_poses(obstacle.poses)} "
@@ -144,18 +143,11 @@ def explain_proof(cell: Cell, arm: Arm, obstacles: tuple[Obstacle, ...]) -> tupl
     return tuple(reasons)
 
 
-def explain_general(
-    cell: Cell, arm: Arm, paths: list[LayeredPath], unreached: tuple[int, ...] = ()
-) -> tuple[Reason, ...]:
-    """Reasons for an arm without a reduced problem.
-
-    Args:
-        cell: the task. arm: the arm. paths: the nearest that were found.
-        unreached: poses that were not reached even by themselves, where there are no paths.
-    """
+def explain_general(cell: Cell, arm: Arm, paths: list[LayeredPath]) -> tuple[Reason, ...]:
+    """Reasons for an arm searched through layers of branches."""
     whole = [path for path in paths if len(path.joints)]
     if not whole:
-        unreached = unreached or tuple(range(len(cell.task)))
+        unreached = min((path.unreached for path in paths), key=len, default=tuple(range(len(cell.task))))
         return (
             Reason(
                 arm.name,

@@ -13,7 +13,7 @@ from models.arrays import Floats
 from models.cell import Cell
 from optimizer.box import search_box
 from optimizer.certificate.budget import boxes_for
-from optimizer.certificate.certify import certify
+from optimizer.certificate.certify import BranchAndBound, certify
 from optimizer.events import Screened, Started
 from optimizer.layers import LayeredPath
 from optimizer.layout import Reason
@@ -21,12 +21,14 @@ from optimizer.local import solve_locally
 from optimizer.measure import objective_of
 from optimizer.program import ArmPoint
 from optimizer.reasons import explain_general, explain_proof, explain_reach, explain_reduced
-from optimizer.reduced import ReducedProblem, evaluate_fully, evaluate_signed, reduced_problem
+from optimizer.reduced import ReducedProblem, evaluate_signed, reduced_problem
 from optimizer.screening import ROUNDS, Candidate, Screen, improve, mixed, on_whole_task, scored, screen
 from optimizer.settings import CertificateSettings, Settings
+from optimizer.single_arm.base_sample import BoxFrame
+from optimizer.single_arm.basins import LEVEL, ROUNDED, distinct_optima, elsewhere
+from optimizer.single_arm.doubt import at_limit, in_doubt
 from optimizer.single_arm.parameters import PARAMETERS, THOROUGH, UnreducedParameters
 from optimizer.single_arm.passable import best_passable, with_places
-from optimizer.single_arm.reachable_poses import unreached_poses
 from optimizer.single_arm.refinement import CAREFUL_STEPS, brought_to_optimum, path_from
 from optimizer.single_arm.unreduced import search_unreduced
 from optimizer.verification.way import follow_way
@@ -51,14 +53,10 @@ MOVED_OF_A_POSTURE = 4
 """Of them no more are of one posture while there are others."""
 SHARE = 0.5
 """Share of the time left that one local solve may take: a start that struggles must not use up the others' time."""
-LEVEL = 1e-4
-"""Relative rise of the cost that counts as level."""
-ROUNDED = 1e-6
-"""m and rad by which a local optimum may seem to break limits that are active."""
-WAY = np.linspace(0.0, 1.0, 9)
-"""Places looked at on the way from a candidate to an optimum."""
 HALF_STEP, MOST_FINER = 0.55, 400
 """Share of a joint step that half the way to the next pose may take, and most poses of a search with the middles."""
+BOX_WORTH, BOX_GAP, NEAR = 1.0, 1e-3, 0.01
+"""s, counted in boxes, and relative gap of the boxes that are looked at after local solves; m that are near."""
 LONG_TASK = 200
 """Poses from which on only half as many starts are solved."""
 
@@ -77,6 +75,7 @@ class ArmSearch:
         finished: False if time ran out.
         reasons: why there is no point. proved: True if that is certain.
         problem: the reduced problem, for a certificate; None for arms without one.
+        tree: branch and bound over its bases as far as the search needed it; a certificate can go on with it.
     """
 
     arm: Arm
@@ -90,6 +89,7 @@ class ArmSearch:
     reasons: tuple[Reason, ...] = ()
     proved: bool = False
     problem: ReducedProblem | None = None
+    tree: BranchAndBound | None = None
 
 
 def search_arm(cell: Cell, arm: Arm, settings: Settings, deadline: float) -> ArmSearch:
@@ -103,6 +103,10 @@ def search_arm(cell: Cell, arm: Arm, settings: Settings, deadline: float) -> Arm
         _search_reduced(cell, search, search.problem, box, settings.seed, deadline)
         if search.best is None and search.optima and search.finished:
             _search_finer(cell, search, box, settings.seed, deadline)
+        if search.best is not None:
+            _search_around(cell, search, search.problem, box, deadline)
+        if not cell.coupled:
+            _search_boxes(cell, search, search.problem, box, settings, deadline)
     else:
         _search_general(cell, search, box, settings.seed, deadline)
     if search.best is None and not search.finished:
@@ -128,6 +132,44 @@ def _search_reduced(
             return
     candidates = [candidate for found in screens for candidate in found.candidates]
     search.reasons = _stuck(cell, search) or explain_reduced(cell, problem, box, candidates, seed)
+
+
+def _search_boxes(
+    cell: Cell, search: ArmSearch, problem: ReducedProblem, box: Floats, settings: Settings, deadline: float
+) -> None:
+    """Let branch and bound look for something better, where slivers of the allowed bases may hold it."""
+    left = deadline - time.perf_counter()
+    if search.best is None or left <= 0.0 or not in_doubt(cell, problem, box, search.best, search.optima[0][0]):
+        return
+    wanted = settings.certificate
+    gap = min(wanted.gap, BOX_GAP) if isinstance(wanted, CertificateSettings) else BOX_GAP
+    limits = CertificateSettings(gap, left, boxes_for(BOX_WORTH, len(problem.positions)))
+    search.tree = BranchAndBound(problem, search.objective, limits)
+    proof = certify(problem, search.objective, limits, tree=search.tree)
+    if proof.found is None:
+        return
+    found = proof.found
+    best = Candidate(found.position, found.signs, found.objective, 0.0)
+    optima = _near(cell, problem, box, best)
+    _keep(
+        cell, search, optima + _solve(cell, search, path_from(problem, found.position, found.signs), deadline), deadline
+    )
+
+
+def _near(cell: Cell, problem: ReducedProblem, box: Floats, candidate: Candidate) -> list[tuple[float, ArmPoint]]:
+    """What is usable within centimetres of a candidate, without the local solver."""
+    radius = np.where(box[:, 1] > box[:, 0], NEAR, 0.0)
+    return brought_to_optimum(cell, problem, BoxFrame.of(problem, box), radius, [candidate])
+
+
+def _search_around(cell: Cell, search: ArmSearch, problem: ReducedProblem, box: Floats, deadline: float) -> None:
+    """Look about an answer with a joint at its limit: the local solver keeps the turns that made the limit active."""
+    best = search.best
+    if best is None or best.signs is None or not at_limit(cell, problem, best) or time.perf_counter() > deadline:
+        return
+    for value, point in _near(cell, problem, box, Candidate(best.position, best.signs, np.inf, np.inf)):
+        if value < (1.0 - LEVEL) * search.objective:
+            _keep(cell, search, [(value, point), *_solve(cell, search, point, deadline)], deadline)
 
 
 def _search_finer(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadline: float) -> None:
@@ -181,7 +223,7 @@ def _solve_candidates(cell: Cell, search: ArmSearch, problem: ReducedProblem, fo
         reached += _turned(cell, search, problem, reached, deadline)
         optima += reached
         for _, point in reached:
-            waiting = _elsewhere(problem, waiting, point)
+            waiting = elsewhere(problem, waiting, point)
     for notch in found.notches:
         start = path_from(problem, notch.position, notch.signs)
         known = min((value for value, _ in optima), default=np.inf)
@@ -236,33 +278,6 @@ def _by_turns(usable: list[Candidate], others: list[Candidate]) -> list[Candidat
     return [candidate for pair in pairs for candidate in pair if candidate is not None]
 
 
-def _elsewhere(problem: ReducedProblem, candidates: list[Candidate], optimum: ArmPoint) -> list[Candidate]:
-    """Candidates that are not in the basin of an optimum.
-
-    In its basin is a candidate of the same posture from which the way is straight downhill to the optimum: violation
-    falls until there is none, and from there on the cost.
-    """
-    if not candidates:
-        return []
-    places = np.array([candidate.position for candidate in candidates])
-    signs = np.array([candidate.signs for candidate in candidates])
-    ways = places[:, None, :] + WAY[:, None] * (optimum.position - places)[:, None, :]
-    paths = evaluate_fully(problem, ways.reshape(-1, 3), np.repeat(signs, len(WAY), axis=0))
-    objective = paths.objective[0].reshape(len(places), -1)
-    violation = paths.violation[0].reshape(len(places), -1)
-    violation[:, -1] = 0.0  # but for rounding
-    usable = violation[:, :-1] <= ROUNDED
-    least = np.minimum.accumulate(np.where(usable, objective[:, :-1], np.inf), axis=1)
-    falling = objective[:, 1:] <= (1.0 + LEVEL) * least
-    easing = np.diff(violation, axis=1) < ROUNDED
-    downhill = np.all(easing & (falling | ~usable), axis=1)
-    return [
-        candidate
-        for candidate, same_basin in zip(candidates, downhill, strict=True)
-        if not (same_basin and candidate.signs == optimum.signs)
-    ]
-
-
 def _search_general(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadline: float) -> None:
     """Many seeds of the unreduced problem; where no optimum's way can be gone, more optima, and more poses."""
     paths = _search_seeds(cell, search, box, seed, deadline, PARAMETERS)
@@ -271,8 +286,7 @@ def _search_general(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadl
     if search.best is None and search.optima and search.finished:
         _search_finer(cell, search, box, seed, deadline)
     if search.best is None and search.finished:
-        far = () if paths else unreached_poses(cell, search.arm, box, seed)
-        search.reasons = _stuck(cell, search) or explain_general(cell, search.arm, paths, far)
+        search.reasons = _stuck(cell, search) or explain_general(cell, search.arm, paths)
 
 
 def _search_seeds(
@@ -313,7 +327,7 @@ def _keep(cell: Cell, search: ArmSearch, optima: list[tuple[float, ArmPoint]], d
     """Take over the best of the optima whose way can be gone, and what they say about the basins."""
     fresh = sorted(optima, key=lambda optimum: optimum[0])
     search.optima = sorted(search.optima + optima, key=lambda optimum: optimum[0])
-    search.basins = _basins(search.optima)
+    search.basins = distinct_optima(search.optima)
     best = best_passable(cell, search.arm, fresh, search.objective, deadline)
     if best is not None:
         search.objective, search.best = best
@@ -325,20 +339,3 @@ def _stuck(cell: Cell, search: ArmSearch) -> tuple[Reason, ...]:
         return ()
     way = follow_way(cell, search.arm, search.optima[0][1])
     return way_faults(way.breaks, way.beyond)
-
-
-def _basins(optima: list[tuple[float, ArmPoint]]) -> list[tuple[float, int]]:
-    """Distinct optima and how often each was reached: same posture, cost within 1e-5, base within a millimetre."""
-    groups: list[tuple[float, ArmPoint, int]] = []
-    for objective, point in optima:
-        for index, (value, other, hits) in enumerate(groups):
-            if (
-                point.signs == other.signs
-                and abs(objective - value) <= 1e-5 * max(1.0, value)
-                and bool(np.all(np.abs(point.position - other.position) < 1e-3))
-            ):
-                groups[index] = (value, other, hits + 1)
-                break
-        else:
-            groups.append((objective, point, 1))
-    return [(value, hits) for value, _, hits in groups]

@@ -26,7 +26,6 @@ from optimizer.certificate.bounds.box_bounds import BoxBounder, BoxBounds
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.bounds.obstacles import Tally
 from optimizer.certificate.bounds.region import reachable_region
-from optimizer.certificate.exclusion.conditioning import poorly_conditioned
 from optimizer.events import Bounded
 from optimizer.proof import ArmProof, Incumbent
 from optimizer.reduced import ReducedProblem, conditioning_shortfall, evaluate_signed
@@ -60,6 +59,7 @@ def certify(
     settings: CertificateSettings,
     stop: Callable[[], bool] | None = None,
     progress: Progress | None = None,
+    tree: BranchAndBound | None = None,
 ) -> ArmProof:
     """Bound one arm's objective from below over its whole base region, all admitted postures, yaws and lifts.
 
@@ -69,14 +69,19 @@ def certify(
         settings: relative gap to reach, time limit and number of boxes.
         stop: asked after every round; True ends the proof early.
         progress: told after every round.
+        tree: of an earlier proof of the same problem with a gap no larger, to go on with; its boxes count.
 
     Returns:
-        The proof as far as it got.
+        The proof as far as it got. A limit on the conditioning is not part of the bound, which stays valid with it.
 
     Raises:
         Cancelled: whoever watches (`optimizer.watch`) wants an end.
     """
-    search = _Search(problem, incumbent, settings)
+    if tree is None:
+        search = BranchAndBound(problem, incumbent, settings)
+    else:
+        search = tree
+        search.go_on(incumbent, settings)
     while search.open and search.left > 0 and time.perf_counter() < search.deadline and not (stop and stop()):
         check_stop()
         search.round()
@@ -86,7 +91,7 @@ def certify(
     return search.proof()
 
 
-class _Search:
+class BranchAndBound:
     """The state of the branch and bound."""
 
     def __init__(self, problem: ReducedProblem, incumbent: float | None, settings: CertificateSettings) -> None:
@@ -106,6 +111,18 @@ class _Search:
         self.fresh = Boxes.grid(region.low, region.high, side, problem.postures & (not region.empty))
         self.kept, self.bounds = self.fresh[:0], np.zeros(0)
         self.inherited = np.zeros(len(self.fresh))
+
+    def go_on(self, incumbent: float | None, settings: CertificateSettings) -> None:
+        """Take up again with what is known by now, and other limits.
+
+        Raises:
+            ValueError: the gap is smaller than before. Boxes that were good enough for the old one are gone.
+        """
+        if settings.gap < self.settings.gap:
+            raise ValueError(f"boxes within a gap of {self.settings.gap:g} are gone, {settings.gap:g} is asked for")
+        self.started = time.perf_counter()
+        self.deadline = self.started + settings.time_limit
+        self.settings, self.given, self.found = settings, incumbent, None
 
     @property
     def open(self) -> bool:
@@ -150,7 +167,6 @@ class _Search:
         now, later = self.fresh[:most], self.fresh[most:]
         found = self.bounder.bounds(now, self.cutoff)
         bounds = np.maximum(found.lower, self.inherited[:most])
-        self._exclude(now, bounds)
         self.boxes += len(now)
         self.tally.add(now, found)
         self._improve(now, found)
@@ -161,16 +177,6 @@ class _Search:
         self.kept, self.bounds = self.kept[~done], self.bounds[~done]
         if not len(self.fresh) and len(self.kept):
             self._branch(most)
-
-    def _exclude(self, boxes: Boxes, bounds: Floats) -> None:
-        """Make bounds (N,) infinite where the smallest conditioning is kept nowhere in a box."""
-        left = np.flatnonzero(bounds < self.cutoff)
-        if self.problem.arm.min_conditioning is None or not len(left):
-            return
-        poor = poorly_conditioned(self.problem, self.bounder.kinematics, boxes[left])
-        lost = np.any(poor, axis=1)
-        bounds[left[lost]] = np.inf
-        self.tally.add_poor(boxes[left[lost]], poor[lost])
 
     def _branch(self, most: int) -> None:
         """Cut the boxes with the smallest bounds: in two, or in more while there are few."""
@@ -188,8 +194,6 @@ class _Search:
         order = order[np.isfinite(found.expected[order])]
         if len(order):
             self._evaluate(found.promising[order], boxes.posture[order])
-            if self.problem.arm.min_conditioning is not None:  # what is cheapest may be what is not kept
-                self._evaluate(boxes.centre[order], boxes.posture[order])
 
     def _evaluate(self, places: Floats, postures: Ints) -> None:
         """Keep the best of some places (n, 3) in postures (n,), if it is better than what was known."""

@@ -12,6 +12,7 @@ from bench.trial import ask
 QUICK = (
     "between_11",
     "bolted_to_a_side_face",
+    "miss_dwell_34 alone",
     "miss_dwell_8 alone",
     "miss_feature_16 alone",
     "miss_feature_91 alone",
@@ -27,7 +28,7 @@ QUICK = (
     "self_iiwa7_50mm",
     "self_ur10e_16mm",
 )
-"""Each at most half a second or so; ``python -m bench.acceptance_search`` asks all of them."""
+"""Each at most a second or so; ``python -m bench.acceptance_search`` asks all of them."""
 
 
 @pytest.mark.parametrize("name", QUICK)

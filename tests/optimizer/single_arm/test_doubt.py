@@ -1,0 +1,55 @@
+"""Where slivers may hold something better, boxes are looked at after the local solves, once."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+
+from bench.random_arms.draw import draw
+from models.wrist_singularity import wrist_distance
+from optimizer.box import search_box
+from optimizer.coupled.search import CoupledSearch
+from optimizer.prove import prove
+from optimizer.search import search_arm
+from optimizer.settings import CertificateSettings, Settings
+from optimizer.single_arm.doubt import at_limit, in_doubt
+from optimizer.verification.way import follow_way
+from optimizer.verify import check
+
+
+def searched(cell):
+    return search_arm(cell, cell.arms[0], Settings(certificate=None), time.perf_counter() + 600.0)
+
+
+def test_a_sliver_between_wide_joint_steps_is_found_and_its_boxes_are_not_bounded_twice():
+    """A base 16 mm aside costs 1 % less, beside a singular wrist and at the largest joint step."""
+    cell = draw("random", 145)
+    found = searched(cell)
+    assert found.objective < 55.8625
+    assert check(cell, cell.arms[0], found.best).usable
+    assert follow_way(cell, cell.arms[0], found.best).free
+    boxes = found.tree.boxes
+    proof = prove(cell, [found], CoupledSearch(), CertificateSettings(0.02, 60.0), lambda _, __: None)
+    assert proof.proved
+    assert proof.boxes <= boxes + 500
+    assert found.objective * 0.98 <= proof.lower_bound <= found.objective
+
+
+def test_nothing_is_in_doubt_in_the_midst_of_what_is_allowed():
+    cell = draw("random", 214)
+    arm, found = cell.arms[0], searched(cell)
+    assert found.tree is None
+    problem, box, joints = found.problem, search_box(cell, arm), found.best.joints
+    assert not at_limit(cell, problem, found.best)
+    assert not in_doubt(cell, problem, box, found.best, found.objective)
+    close = replace(cell, max_joint_step=float(np.max(np.abs(np.diff(joints, axis=0)))))
+    assert at_limit(close, problem, found.best)
+    assert in_doubt(close, problem, box, found.best, found.objective)
+    assert not in_doubt(close, problem, box, found.best, 0.9 * found.objective)
+    assert not in_doubt(close, problem, np.repeat(box[:, :1], 2, axis=1), found.best, found.objective)
+    singular = joints.copy()
+    singular[0, 4] = problem.form.wrist_zero + 0.04
+    assert wrist_distance(problem.form, singular[:1, 4]) < 0.05
+    assert in_doubt(cell, problem, box, replace(found.best, joints=singular), np.inf)

@@ -51,7 +51,7 @@ class LayoutSummary(_Head):
     objective: float | None = Field(description="Of the result, if there is one.", examples=[155.2])
     version: str | None = Field(
         description="Version of the program that made the result, if there is one; what `outcome` means depends on it.",
-        examples=["0.1.0"],
+        examples=["0.2.0"],
     )
     href: str = Field(description="Address of the whole resource.", examples=[f"/v1/layouts/{_ID}"])
 
@@ -106,7 +106,7 @@ class Health(Answer):
     """The process answers."""
 
     status: Literal["ok"] = Field(description="Always ok.", examples=["ok"])
-    version: str = Field(description="Version of the program.", examples=["0.1.0"])
+    version: str = Field(description="Version of the program.", examples=["0.2.0"])
 
 
 class Readiness(Answer):

@@ -235,7 +235,7 @@ class LayoutResult(Answer):
         description="What blocks a cell without a layout and what would help, if asked for."
     )
     verification: Verification | None = Field(description="Independent check; null if there is no placement.")
-    version: str = Field(description="Version of the program.", examples=["0.1.0"])
+    version: str = Field(description="Version of the program.", examples=["0.2.0"])
     request_hash: str = Field(
         description="SHA-256 of the request as returned (defaults filled in) in canonical JSON: names sorted, no "
         "spaces.",

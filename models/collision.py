@@ -168,7 +168,9 @@ class CollisionModel:
         ends: Floats = self.bodies.ends @ own[..., :3, :3].swapaxes(-1, -2) + own[..., None, :3, 3]
         return ends
 
-    def bounds(self, configurations: Configurations, pairs: Bools | None = None) -> Floats:
+    def bounds(
+        self, configurations: Configurations, pairs: Bools | None = None, enough: Floats | None = None
+    ) -> Floats:
         """(K, P) m, lower bounds of the signed distances of all pairs; infinite for pairs that do not count.
 
         Exact, less `ROUNDING`, where `exact_bounds` says so.
@@ -176,9 +178,13 @@ class CollisionModel:
         Args:
             configurations: to look at.
             pairs: (P,) those of interest; the others get infinity.
+            enough: (P,) m; bounds beyond these are of no interest, and may be any that are beyond as well.
         """
         wanted = configurations.counted if pairs is None else configurations.counted & pairs
-        result = self._bounds(configurations.frames, configurations.ends, wanted)
+        if enough is None:
+            result = self._bounds(configurations.frames, configurations.ends, wanted)
+        else:
+            result = self._bounds.up_to(configurations.frames, configurations.ends, wanted, enough)
         if self._of_jobs:
             result[(self.bodies.jobs != EVERY) & (self.bodies.jobs != configurations.jobs[:, None])] = np.inf
         return result

@@ -34,6 +34,67 @@ class PairBounds:
         self.exact: Bools = (round_first & (round_second | flat)) | (is_box[b.first] & flat)
         self._thin_first: Bools = round_first & is_box[b.second]
         self._thin_second: Bools = round_second & is_box[b.first]
+        self._kinds: Ints = np.select([flat, round_first & round_second, round_first, round_second], [0, 1, 2, 3], 4)
+        self._ball: Floats = b.radius + 0.5 * np.linalg.norm(b.ends[:, 1] - b.ends[:, 0], axis=-1)
+
+    def up_to(self, frames: Floats, ends: Floats, wanted: Bools, enough: Floats) -> Floats:
+        """Bounds of some pairs, for whom only distances up to ``enough`` (P,) [m] are of interest.
+
+        Arguments otherwise and result as for a call; where balls about the bodies are farther apart than that, a
+        smaller bound that is beyond it is given, which costs a fraction.
+        """
+        result: Floats = np.full((len(frames), len(wanted)), np.inf)
+        some = np.flatnonzero(wanted)
+        step = max(1, _AT_ONCE // max(1, len(some)))
+        for start in range(0, len(frames), step):
+            part = slice(start, start + step)
+            gaps = self._between_balls(frames[part], ends[part], some)
+            k, column = np.nonzero(gaps <= enough[some])
+            gaps[k, column] = self.of_pairs(frames[part], ends[part], k, some[column])
+            result[part, some] = gaps
+        return result
+
+    def _between_balls(self, frames: Floats, ends: Floats, pairs: Ints) -> Floats:
+        """(K, q) m, bounds for pairs (q,) by balls about the capsules."""
+        b, (i, j) = self.bodies, (self.bodies.first[pairs], self.bodies.second[pairs])
+        middles = 0.5 * (ends[:, :, 0] + ends[:, :, 1])
+        away = middles[:, i] - middles[:, j]
+        gaps: Floats = np.sqrt(np.einsum("kqa,kqa->kq", away, away)) - (self._ball[i] + self._ball[j])
+        flat = np.flatnonzero(b.flat[j])
+        if len(flat):
+            plane = frames[:, b.frames[j[flat]]] @ b.box_poses[j[flat]]
+            heights = np.einsum("kqa,kqa->kq", middles[:, i[flat]] - plane[..., :3, 3], plane[..., :3, 2])
+            gaps[:, flat] = heights - self._ball[i[flat]]
+        return gaps - ROUNDING
+
+    def of_pairs(self, frames: Floats, ends: Floats, k: Ints, pairs: Ints) -> Floats:
+        """Bounds of single pairs, the same as those of a call.
+
+        Args:
+            frames, ends: as for a call. k: (q,) configurations. pairs: (q,) of the same length.
+
+        Returns:
+            (q,) m.
+        """
+        b, (i, j), kinds = self.bodies, (self.bodies.first[pairs], self.bodies.second[pairs]), self._kinds[pairs]
+        gaps: Floats = np.empty(len(k))
+        for kind in np.unique(kinds).tolist():
+            rows = np.flatnonzero(kinds == kind)
+            at, one, two = k[rows], i[rows], j[rows]
+            if kind != 0:
+                gaps[rows] = segment_distances(ends[at, one], ends[at, two]) - (b.radius[one] + b.radius[two])
+            if kind == 1:
+                continue
+            first, second = (frames[at, b.frames[body]] @ b.box_poses[body] for body in (one, two))
+            if kind == 0:
+                gaps[rows] = _over_plane(ends[at, one], b.radius[one], first, b.half[one], second)
+            elif kind == 2:
+                gaps[rows] = np.maximum(gaps[rows], _beside(ends[at, one], b.radius[one], second, b.half[two]))
+            elif kind == 3:
+                gaps[rows] = np.maximum(gaps[rows], _beside(ends[at, two], b.radius[two], first, b.half[one]))
+            else:
+                gaps[rows] = np.maximum(gaps[rows], box_gaps(first, b.half[one], second, b.half[two]))
+        return gaps - ROUNDING
 
     def __call__(self, frames: Floats, ends: Floats, wanted: Bools) -> Floats:
         """Bounds of some pairs.
@@ -95,15 +156,10 @@ class PairBounds:
         result -= ROUNDING
 
     def _over_planes(self, pairs: Ints, boxes: Floats, ends: Floats, result: Floats) -> None:
-        """Bodies over half-spaces: the lower end of their capsule, or the lowest corner of their box."""
+        """Bodies over half-spaces."""
         b, i = self.bodies, self.bodies.first[pairs]
-        plane, box = boxes[:, self.bodies.second[pairs]], boxes[:, i]
-        origin, normal = plane[..., :3, 3], plane[..., :3, 2]  # a half-space has no box: this is its frame
-        heights = np.einsum("kpea,kpa->kpe", ends[:, i] - origin[..., None, :], normal)
-        by_capsule = np.min(heights, axis=-1) - b.radius[i]
-        middle = np.einsum("kpa,kpa->kp", box[..., :3, 3] - origin, normal)
-        down = np.einsum("kpb,pb->kp", np.abs(np.einsum("kpab,kpa->kpb", box[..., :3, :3], normal)), b.half[i])
-        result[:, pairs] = np.maximum(by_capsule, middle - down)
+        plane = boxes[:, self.bodies.second[pairs]]
+        result[:, pairs] = _over_plane(ends[:, i], b.radius[i], boxes[:, i], b.half[i], plane)
 
     def _beside_second(self, pairs: Ints, boxes: Floats, ends: Floats, result: Floats) -> None:
         """First bodies that are capsules beside second ones in boxes."""
@@ -115,9 +171,8 @@ class PairBounds:
 
     def _beside(self, pairs: Ints, thin: Ints, boxed: Ints, boxes: Floats, ends: Floats, result: Floats) -> None:
         """Capsules beside boxes."""
-        b, box = self.bodies, boxes[:, boxed]
-        inside = (ends[:, thin] - box[..., None, :3, 3]) @ box[..., :3, :3]
-        gaps = box_distances(inside, b.half[boxed]) - b.radius[thin]
+        b = self.bodies
+        gaps = _beside(ends[:, thin], b.radius[thin], boxes[:, boxed], b.half[boxed])
         result[:, pairs] = np.maximum(result[:, pairs], gaps)
 
     def _between_boxes(self, pairs: Ints, boxes: Floats, ends: Floats, result: Floats) -> None:
@@ -125,3 +180,26 @@ class PairBounds:
         b, i, j = self.bodies, self.bodies.first[pairs], self.bodies.second[pairs]
         gaps = box_gaps(boxes[:, i], b.half[i], boxes[:, j], b.half[j])
         result[:, pairs] = np.maximum(result[:, pairs], gaps)
+
+
+def _over_plane(ends: Floats, radius: Floats, box: Floats, half: Floats, plane: Floats) -> Floats:
+    """(...) m, of bodies over half-spaces: the lower end of their capsule, or the lowest corner of their box.
+
+    Args:
+        ends: (..., 2, 3) m and radius: (...) m, of the capsules. box: (..., 4, 4) and half: (..., 3) m, of the boxes.
+        plane: (..., 4, 4), the half-spaces lie below z = 0.
+    """
+    origin, normal = plane[..., :3, 3], plane[..., :3, 2]  # a half-space has no box: this is its frame
+    heights = np.einsum("...ea,...a->...e", ends - origin[..., None, :], normal)
+    by_capsule = np.min(heights, axis=-1) - radius
+    middle = np.einsum("...a,...a->...", box[..., :3, 3] - origin, normal)
+    down = np.einsum("...b,...b->...", np.abs(np.einsum("...ab,...a->...b", box[..., :3, :3], normal)), half)
+    gaps: Floats = np.maximum(by_capsule, middle - down)
+    return gaps
+
+
+def _beside(ends: Floats, radius: Floats, box: Floats, half: Floats) -> Floats:
+    """(...) m, of capsules with ends (..., 2, 3) and radii (...) beside boxes (..., 4, 4) of half sides (..., 3)."""
+    inside = (ends - box[..., None, :3, 3]) @ box[..., :3, :3]
+    gaps: Floats = box_distances(inside, half) - radius
+    return gaps

@@ -39,7 +39,7 @@ def add_contacts(
     model = scene.model
     if model is None:
         return
-    spare = model.bounds(places, scene.movable) - scene.required
+    spare = model.bounds(places, scene.movable, scene.required + NEAR) - scene.required
     nearest = np.argsort(spare, axis=None, kind="stable")[:MOST_ROWS]
     at, pairs = np.unravel_index(nearest[spare.ravel()[nearest] < NEAR], spare.shape)
     contacts = [model.contact(places, int(k), int(pair)) for k, pair in zip(at, pairs, strict=True)]

@@ -74,7 +74,7 @@ class Directions:
 
 
 def directions(arm: Arm, rotation: Floats, joints: Floats) -> Directions:
-    """Directions at joint values (K, n) rad; ``rotation`` (3, 3) are the base's axes in the world."""
+    """Directions at joint values (K, n) rad; ``rotation`` (3, 3) or (K, 3, 3) are the base's axes in the world."""
     by_base = joints_by_base(arm.robot, rotation, joints)
     spare = arm.dof - TASK
     if spare == 0:

@@ -10,6 +10,7 @@ import numpy as np
 from models.arm import Arm
 from models.arrays import Floats
 from models.cell import Cell
+from models.pose import inverse
 from optimizer.coupled.manifold import Directions, Unknowns, directions
 from optimizer.path_samples import follow
 from optimizer.pose_rows import BASE
@@ -75,20 +76,17 @@ def _slopes(ways: Directions) -> Floats:
 
 def _differences(cell: Cell, arm: Arm, point: ArmPoint, ways: Directions) -> Floats | None:
     """(4, 4) central differences of the gradient by the base; None where the arm cannot follow."""
-    targets = cell.flange_targets(arm)
-    place = np.array([*point.position, point.yaw])
-    gradients = []
-    for axis in range(BASE):
-        for sign in (1.0, -1.0):
-            shift = sign * STEP * np.eye(BASE)[axis]
-            base = arm.base_in_world((place + shift)[:3], float(place[3] + shift[3]))
-            near = point.joints + ways.by_base @ shift
-            q, good = follow(arm.robot, base, targets, near, near)
-            if not np.all(good):
-                return None
-            there = directions(arm, base[:3, :3], q)
-            gradients.append(np.einsum("mnc,mn->c", there.by_base, _pull(cell, arm, q)))
-    rows = np.array(gradients).reshape(BASE, 2, BASE)
+    targets, m = cell.flange_targets(arm), len(cell.task)
+    shifts = np.repeat(STEP * np.eye(BASE), 2, axis=0) * np.tile([1.0, -1.0], BASE)[:, None]
+    places = np.array([*point.position, point.yaw]) + shifts
+    bases = np.repeat(arm.base_in_world(places[:, :3], places[:, 3]), m, axis=0)
+    near = (point.joints + np.einsum("mnc,sc->smn", ways.by_base, shifts)).reshape(2 * BASE * m, -1)
+    q, good = follow(arm.robot, np.eye(4), inverse(bases) @ np.tile(targets, (2 * BASE, 1, 1)), near, near)
+    if not np.all(good):
+        return None
+    there = directions(arm, bases[:, :3, :3], q).by_base.reshape(2 * BASE, m, -1, BASE)
+    gradients = np.einsum("smnc,smn->sc", there, _pull(cell, arm, q.reshape(2 * BASE, m, -1)))
+    rows = gradients.reshape(BASE, 2, BASE)
     difference: Floats = (rows[:, 0] - rows[:, 1]) / (2.0 * STEP)
     return 0.5 * (difference + difference.T)
 

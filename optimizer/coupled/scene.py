@@ -72,14 +72,20 @@ class Scene:
 
     def floor_lack(self, points: Sequence[ArmPoint]) -> float:
         """Largest distance [m] by which a footprint is where it must not be; <= 0 if none is."""
+        return float(self.floor_lacks([points])[0])
+
+    def floor_lacks(self, layouts: Sequence[Sequence[ArmPoint]]) -> Floats:
+        """(L,) m, likewise for many layouts."""
         floor = self.cell.surroundings.floor
-        if floor is None:
-            return 0.0
-        lack = [
-            -float(floor.signed_distance(point.position[None, :2], footprint, world_yaw(arm, point.yaw))[0])
-            for arm, point, footprint in zip(self.cell.arms, points, self.footprints, strict=True)
-        ]
-        return max(lack)
+        if floor is None or not len(layouts):
+            return np.zeros(len(layouts))
+        lacks = []
+        for a, (arm, footprint) in enumerate(zip(self.cell.arms, self.footprints, strict=True)):
+            places = np.array([points[a].position[:2] for points in layouts])
+            turned = world_yaw(arm, np.array([points[a].yaw for points in layouts]))
+            lacks.append(-floor.signed_distance(places, footprint, turned))
+        worst: Floats = np.max(lacks, axis=0)
+        return worst
 
     def tie_lack(self, points: Sequence[ArmPoint]) -> float:
         """Largest violation of a coupling row [m or rad]."""
@@ -95,7 +101,7 @@ class Scene:
         bases = np.stack([self.bases(points) for points in layouts])
         joints = [np.stack([points[a].joints for points in layouts]) for a in range(len(self.cell.arms))]
         places = model.configure_layouts(bases, joints, self.cell.task.poses, self.cell.task.job_of)
-        spare = (model.bounds(places, self.movable) - self.required).reshape(len(layouts), m, -1)
+        spare = (model.bounds(places, self.movable, self.required) - self.required).reshape(len(layouts), m, -1)
         short = np.flatnonzero(np.min(spare, axis=(1, 2), initial=np.inf) < -KEPT)
         if len(short):
             counted = model.counted_layouts(bases[short])

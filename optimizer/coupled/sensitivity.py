@@ -20,7 +20,7 @@ def joints_by_base(robot: Robot, rotation: Floats, joints: Floats) -> Floats:
 
     Args:
         robot: the arm.
-        rotation: (3, 3) base axes in the world.
+        rotation: (3, 3) base axes in the world, or (K, 3, 3) of a base for each.
         joints: (K, n) rad.
 
     Returns:
@@ -29,7 +29,7 @@ def joints_by_base(robot: Robot, rotation: Floats, joints: Floats) -> Floats:
     """
     _, positions, jacobians = forward_and_jacobian(chain_of(robot), joints)
     twist: Floats = np.zeros((len(joints), 6, 4))
-    twist[:, :3, :3] = -rotation.T
+    twist[:, :3, :3] = -rotation.swapaxes(-1, -2)
     twist[:, :3, 3] = -np.cross([0.0, 0.0, 1.0], positions)
     twist[:, 5, 3] = -1.0
     transposed = jacobians.swapaxes(1, 2)

@@ -81,7 +81,7 @@ class SomePairs:
         own = frames[:, self.bodies.frames]
         ends: Floats = self.bodies.ends @ own[..., :3, :3].swapaxes(-1, -2) + own[..., None, :3, 3]
         every: Bools = np.ones(len(self.pairs), dtype=np.bool_)
-        spare = self.bounds(frames, ends, every) - self.required
+        spare = self.bounds.up_to(frames, ends, every, self.required) - self.required
         if np.any(self.jobs != EVERY):
             spare[(self.jobs != EVERY) & (self.jobs != jobs[:, None])] = np.inf
         lacks: Floats = np.maximum(-spare, 0.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 
@@ -54,35 +55,38 @@ def starts_of(followed: Followed, layouts: Layouts, clean: int, others: int, apa
     seems = layouts.lacks <= LIMITS
     kept: list[Start] = []
     spoilt: list[Start] = []
-    for start in _measured(followed, layouts, np.flatnonzero(seems)[:MEASURED]):
+    for start in _measured(followed, layouts, np.flatnonzero(seems)[:MEASURED], kept, apart):
         if not start.clean:
             spoilt.append(start)
-        elif _distinct(start, kept, apart):
+        elif _distinct(start.points, kept, apart):
             kept.append(start)
         if len(kept) >= clean:
             break
     rest = [*spoilt[:others], *_measured(followed, layouts, np.flatnonzero(~seems)[: 2 * others])]
     near: list[Start] = []
     for start in sorted(rest, key=lambda one: one.objective):
-        if len(near) < others and _distinct(start, [*kept, *near], apart):
+        if len(near) < others and _distinct(start.points, [*kept, *near], apart):
             near.append(start)
     return [*kept, *near]
 
 
-def _measured(followed: Followed, layouts: Layouts, rows: Ints) -> Iterator[Start]:
-    """Layouts with what they lack at and between the poses by Coal."""
+def _measured(
+    followed: Followed, layouts: Layouts, rows: Ints, kept: Sequence[Start] = (), apart: float = 0.0
+) -> Iterator[Start]:
+    """Layouts with what they lack at and between the poses by Coal; without those beside ``kept``, which may grow."""
     scene = followed.scene
-    for at in range(0, len(rows), BATCH):
+    places = ((row, tuple(own.point(row) for own in layouts.placements)) for row in rows.tolist())
+    apart_ones = (place for place in places if _distinct(place[1], kept, apart))
+    while some := list(islice(apart_ones, BATCH)):
         check_stop()
-        some = rows[at : at + BATCH]
-        points = [tuple(own.point(int(row)) for own in layouts.placements) for row in some]
-        lacks = scene.contact_lacks(points)
-        for row, own, lack in zip(some, points, lacks, strict=True):
+        points = [own for _, own in some]
+        lacks = np.maximum(scene.contact_lacks(points), scene.floor_lacks(points))
+        for (row, own), lack in zip(some, lacks.tolist(), strict=True):
             seen = float(layouts.lacks[row])
-            worst = max(float(lack), scene.tie_lack(own), scene.floor_lack(own), seen if seen > LIMITS else 0.0)
+            worst = max(lack, scene.tie_lack(own), seen if seen > LIMITS else 0.0)
             yield Start(followed.at_poses(own), float(layouts.objective[row]), worst)
 
 
-def _distinct(start: Start, others: Sequence[Start], apart: float) -> bool:
+def _distinct(points: Sequence[ArmPoint], others: Sequence[Start], apart: float) -> bool:
     """False beside an earlier start in the same postures."""
-    return not any(nearby(start.points, other.points, apart) for other in others)
+    return not any(nearby(points, other.points, apart) for other in others)

@@ -29,11 +29,11 @@ def reasons_of(cell: Cell, proof: CellProof) -> tuple[Reason, ...]:
         return ()
     lost = [(arm, part) for arm, part in zip(cell.arms, proof.arms, strict=True) if part.infeasible]
     if lost:
-        return tuple(reason for arm, part in lost for reason in _of_arm(cell, arm, part))
+        return tuple(reason for arm, part in lost for reason in reasons_of_arm(cell, arm, part))
     return tuple(_of_pair(cell, pair) for pair in proof.pairs if pair.lower == float("inf"))
 
 
-def _of_arm(cell: Cell, arm: Arm, part: ArmPart) -> tuple[Reason, ...]:
+def reasons_of_arm(cell: Cell, arm: Arm, part: ArmPart) -> tuple[Reason, ...]:
     """Why an arm has no layout even by itself, largest share first."""
     shares = excluded_shares(part.tree)
     if all(cause.kind in ("reach", "limit", "path") for cause, _ in shares):

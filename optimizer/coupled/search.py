@@ -10,6 +10,7 @@ import numpy as np
 
 from models.cell import Cell
 from models.posture import ALL_SIGNS
+from optimizer.coupled.arms_alone import impossible_alone
 from optimizer.coupled.candidates.followed import Followed
 from optimizer.coupled.candidates.layouts import sample_layouts
 from optimizer.coupled.candidates.polish import polished
@@ -170,6 +171,11 @@ def _search_reduced(
             _first_usable(scene, search, starts)
         if round_ == 0 and search.found:
             continue
+        if round_ == 0:
+            search.reasons = impossible_alone(scene, problems, deadline)
+            if search.reasons:
+                search.proved = True
+                return
         if round_ <= 1:
             starts.append(Start(optimum, scene.objective(optimum), np.inf))
         _refine_all(scene, search, starts, IDLE if settings.alternatives == 0 else len(starts), deadline, report)

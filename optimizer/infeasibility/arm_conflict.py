@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,7 @@ from optimizer.certificate.exclusion.causes import YAW, Cause
 from optimizer.coupled.scene import Scene
 from optimizer.reduced import reduced_problem
 from optimizer.watch import check_stop
-from optimizer.why_not.elements import Element, Kind, Selection, restricted
+from optimizer.why_not.elements import OWN, Element, Kind, Selection, restricted
 
 BOXES = 6000
 """Bounded in one proof at most."""
@@ -68,7 +69,7 @@ def arm_tree(cell: Cell, index: int, deadline: float) -> ArmTree | None:
 
 
 def _minimal(cell: Cell, index: int, tree: ArmTree, deadline: float) -> ArmConflict:
-    """Leave out one element after the other, those that excluded the fewest boxes first.
+    """What the proof needs: first few elements that leave no layout, then none of them that can be left out.
 
     What excluded nothing is out at no cost; what lost the last yaw may have been anything around the base.
     """
@@ -76,18 +77,43 @@ def _minimal(cell: Cell, index: int, tree: ArmTree, deadline: float) -> ArmConfl
     numbers = _causes(cell, index, tree.excluder.causes.all)
     weight = {element: int(np.sum(counts[some])) for element, some in numbers.items()}
     used = [e for e in numbers if weight[e] > 0 or (counts[YAW] > 0 and e.kind in AROUND)]
-    used.append(Element(Kind.REGION, index))
-    arms = frozenset(Element(Kind.ARM, a) for a in range(len(cell.arms)))
-    chosen, irreducible = frozenset(used), True
-    for element in sorted(used, key=lambda e: weight.get(e, 0)):
-        fewer = Selection(arms | (chosen - {element}), 0, len(cell.task) - 1)
-        smaller = arm_tree(restricted(cell, fewer), index, deadline)
+    used.sort(key=lambda e: (e.kind in OWN, -weight[e]))
+    search = _Minimal(cell, index, deadline)
+    chosen, irreducible = frozenset(search.enough(used)), True
+    for element in [*(e for e in reversed(used) if e in chosen), Element(Kind.REGION, index)]:
+        smaller = search.tree(chosen - {element})
         if smaller is not None and smaller.empty:
             chosen -= {element}
         else:
             irreducible &= smaller is not None and smaller.alone is not None
     selection = Selection(chosen | {Element(Kind.ARM, index)}, 0, len(cell.task) - 1)
     return ArmConflict(index, selection, irreducible)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Minimal:
+    """Trees of one arm of a cell of which but some elements are left."""
+
+    cell: Cell
+    index: int
+    deadline: float
+
+    def enough(self, used: Sequence[Element]) -> list[Element]:
+        """The first so many of some elements, and the region, that leave no layout; all of them together do."""
+        region, count = Element(Kind.REGION, self.index), 1
+        while count < len(used):
+            some = [*used[:count], region]
+            tree = self.tree(frozenset(some))
+            if tree is not None and tree.empty:
+                return some
+            count *= 2
+        return [*used, region]
+
+    def tree(self, chosen: frozenset[Element]) -> ArmTree | None:
+        """The tree where nothing but some elements are asked for."""
+        arms = frozenset(Element(Kind.ARM, a) for a in range(len(self.cell.arms)))
+        left = Selection(arms | chosen, 0, len(self.cell.task) - 1)
+        return arm_tree(restricted(self.cell, left), self.index, self.deadline)
 
 
 def _causes(cell: Cell, index: int, causes: tuple[Cause, ...]) -> dict[Element, list[int]]:

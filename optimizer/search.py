@@ -262,7 +262,9 @@ def _worth_solving(found: Screen, problem: ReducedProblem) -> list[Candidate]:
     careful = problem.arm.min_conditioning is not None
     chosen = mixed(candidates, MOVED, MOVED_OF_A_POSTURE if careful else MOVED)
     rest = [candidate for candidate in candidates if careful and candidate not in chosen]
-    whole = on_whole_task(problem, improve(problem, chosen, found.frame, radius, steps) + rest)
+    whole = improve(problem, chosen, found.frame, radius, steps)
+    if rest or not np.any(radius > 0.0):  # else they are scored already
+        whole = on_whole_task(problem, whole + rest)
     if problem.arm.min_conditioning is not None and all(c.violation > 0.0 for c in whole):
         strict = problem.stricter(STRICTER)  # whatever it costs: the rest is for the local solver
         whole = on_whole_task(problem, improve(strict, whole, found.frame, radius, CAREFUL_STEPS))

@@ -10,11 +10,17 @@ import numpy as np
 
 from bench.random_arms.draw import draw
 from bench.random_arms.long_search import long_search
+from models.arrays import Floats, Ints
+from models.cell import Cell
 from optimizer.box import search_box
 from optimizer.certificate.certify import certify
-from optimizer.reduced import reduced_problem
+from optimizer.proof import Incumbent
+from optimizer.reduced import ReducedProblem, reduced_problem
 from optimizer.search import search_arm
 from optimizer.settings import CertificateSettings, Settings
+from optimizer.single_arm.passable import best_passable
+from optimizer.single_arm.refinement import path_from
+from optimizer.verification.way import follow_way
 
 TOLERANCE = 1e-3
 """Relative distance to the best known from which an answer counts as missed."""
@@ -83,6 +89,27 @@ class Trial:
         return Trial(**{**values, "known": Known(**values["known"])})
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class _Way:
+    """Only bases count from which the arm can also go the way between the poses."""
+
+    cell: Cell
+    problem: ReducedProblem
+
+    def free(self, place: Floats, signs: Ints) -> bool:
+        """True if the way can be gone as it is."""
+        point = path_from(self.problem, place, (int(signs[0]), int(signs[1]), int(signs[2])))
+        return follow_way(self.cell, self.problem.arm, point).free
+
+    def cost(self, found: Incumbent) -> float | None:
+        """Of a point that a proof found, or of one nearby whose way can be gone."""
+        point = path_from(self.problem, found.position, found.signs)
+        best = best_passable(
+            self.cell, self.problem.arm, [(found.objective, point)], np.inf, perf_counter() + SEARCH_TIME
+        )
+        return None if best is None else best[0]
+
+
 def judged(kind: str, seed: int, known: Known) -> Trial:
     """Answer a task without certificate; find out what is possible, unless that is known."""
     cell = draw(kind, seed)
@@ -96,10 +123,12 @@ def judged(kind: str, seed: int, known: Known) -> Trial:
         raise AssertionError("arms of these tasks have a reduced problem")
     if not known.judge:
         proof = certify(problem, objective, CertificateSettings(gap=0.5 * TOLERANCE, time_limit=PROOF_TIME))
-        best = min((v for v in (objective, proof.objective) if v is not None), default=None)
+        way = _Way(cell, problem)
+        better = None if proof.found is None else way.cost(proof.found)
+        best = min((v for v in (objective, better) if v is not None), default=None)
         known = Known(best, proof.lower_bound, proof.infeasible, "proof")
         if not (proof.proved or proof.infeasible):
-            value = long_search(problem, search_box(cell, arm), seed)
+            value = long_search(problem, search_box(cell, arm), seed, wanted=way.free)
             best = min((v for v in (best, value) if v is not None and np.isfinite(v)), default=None)
             known = Known(best, proof.lower_bound, False, "search")
     elif objective is not None and (known.best is None or objective < known.best):

@@ -9,6 +9,7 @@ K. Deb, Computer Methods in Applied Mechanics and Engineering 186 (2000): less v
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,7 +61,13 @@ class Members:
         return int(np.lexsort((self.cost, self.violation))[0])
 
 
-def long_search(problem: ReducedProblem, box: Floats, seed: int, rounds: int = 2) -> float:
+Wanted = Callable[[Floats, Ints], bool]
+"""Whether a base position (3,) in a posture (3,) counts, beyond what is tested here."""
+
+
+def long_search(
+    problem: ReducedProblem, box: Floats, seed: int, rounds: int = 2, wanted: Wanted = lambda place, signs: True
+) -> float:
     """The least cost found of a usable path; infinite if none was.
 
     Args:
@@ -68,9 +75,10 @@ def long_search(problem: ReducedProblem, box: Floats, seed: int, rounds: int = 2
         box: (3, 2) m, where bases may stand.
         seed: of the chances.
         rounds: independent populations.
+        wanted: asked about the best of every posture at the end.
     """
     rng = np.random.default_rng([7, seed])
-    found = [_closer(problem, box, _evolved(problem, box, rng), rng) for _ in range(rounds)]
+    found = [_closer(problem, box, _evolved(problem, box, rng), rng, wanted) for _ in range(rounds)]
     return min(found)
 
 
@@ -105,7 +113,7 @@ def _some(members: Members, first: int) -> Members:
     return Members(members.places[part], members.signs[part], members.cost[part], members.violation[part])
 
 
-def _closer(problem: ReducedProblem, box: Floats, members: Members, rng: np.random.Generator) -> float:
+def _closer(problem: ReducedProblem, box: Floats, members: Members, rng: np.random.Generator, wanted: Wanted) -> float:
     """The least cost about the best member of every posture."""
     firsts = range(0, len(members.cost), MEMBERS)
     chosen = np.array([f + _some(members, f).best() for f in firsts])
@@ -120,8 +128,8 @@ def _closer(problem: ReducedProblem, box: Floats, members: Members, rng: np.rand
             front = Members(trial.places[order], best.signs, trial.cost[order], trial.violation[order])
             best = front.where(front.better_than(best), best)
         radius = 0.7 * radius
-    usable = best.cost[best.violation == 0.0]
-    return float(np.min(usable, initial=np.inf))
+    rows = np.flatnonzero(best.violation == 0.0)
+    return min((float(best.cost[k]) for k in rows if wanted(best.places[k], best.signs[k])), default=np.inf)
 
 
 def _judged(problem: ReducedProblem, places: Floats, signs: Ints) -> Members:

@@ -63,6 +63,29 @@ class FreeBases:
         places = np.stack([first.T, second.T])
         return places, yaws, self._outside(places)
 
+    def numbers_of(self, stands: Floats) -> Floats:
+        """(D,) free numbers of bases (2, 4) that obey the coupling."""
+        one, other = stands
+        apart = other[:2] - one[:2]
+        match self.tie:
+            case None:
+                rows = [*one[:3], *other[:3]]
+            case SameHeight():
+                rows = [*one[:2], *other[:2], one[2]]
+            case Distance():
+                rows = [*one[:3], other[2], np.hypot(*apart), np.arctan2(apart[1], apart[0])]
+            case Direction():
+                rows = [*one[:3], other[2], np.hypot(*apart)]
+            case Rail(angle=angle):
+                along, aside = np.array([cos(angle), sin(angle)]), np.array([-sin(angle), cos(angle)])
+                rows = [along @ one[:2], along @ other[:2], aside @ one[:2], one[2]]
+            case Mirror():
+                low = float(self.bounds[3, 0])
+                rows = [*one[:3], low + (one[3] - low) % (2.0 * pi)]
+            case _:
+                raise ValueError(f"{self.tie.kind} is not known here")
+        return np.clip(np.array(rows, dtype=np.float64), self.bounds[:, 0], self.bounds[:, 1])
+
     def _outside(self, places: Floats) -> Floats:
         """(S,) m, bases out of their regions, summed; a hair of rounding is none."""
         total = np.zeros(places.shape[1])

@@ -45,7 +45,7 @@ def look(scene: Scene, unknowns: Unknowns, points: Sequence[ArmPoint], cushions:
         cushions: m, what to ask for beyond the required distance of a class.
     """
     bases = scene.bases(points)
-    samples = sample_path(scene.cell, scene.path, bases, points)
+    samples = sample_path(scene.cell, scene.path, bases, points, scene.between)
     along = [
         directions(arm, base[:3, :3], q) for arm, base, q in zip(scene.cell.arms, bases, samples.joints, strict=True)
     ]

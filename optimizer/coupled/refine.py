@@ -116,7 +116,7 @@ def refine(scene: Scene, start: Sequence[ArmPoint], deadline: float, known: Sequ
             for found in best.clearance.classes:
                 if not found.clear:
                     cushions[found.kind] += 1.2 * (found.required - found.distance) + CUSHION
-            asked = _away_from_singularities(asked, best.clearance, points)
+            asked = _with_worst_limit(_away_from_singularities(asked, best.clearance, points), best.clearance)
         price *= DEARER
     return best or Refined(here.points, here.objective, here.lack, False, None, rounds)
 
@@ -139,6 +139,14 @@ def _away_from_singularities(scene: Scene, clearance: PathClearance, points: Seq
             arm = replace(arm, min_conditioning=max(FARTHER * now, SINGULAR, arm.min_conditioning or 0.0))
         arms.append(arm)
     return replace(scene, cell=replace(scene.cell, arms=tuple(arms)))
+
+
+def _with_worst_limit(scene: Scene, clearance: PathClearance) -> Scene:
+    """The scene with the place at which a joint leaves its limits between the samples for another sample."""
+    worst = clearance.worst_limit
+    if worst.amount <= LIMITS or not 0.0 < worst.fraction < 1.0:
+        return scene
+    return replace(scene, between=(*scene.between, (worst.pose, worst.fraction)))
 
 
 def nearby(points: Sequence[ArmPoint], others: Sequence[ArmPoint], distance: float) -> bool:

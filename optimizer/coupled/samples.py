@@ -42,34 +42,44 @@ class Samples:
         return np.flatnonzero((self.fraction == 0.0) | (self.fraction == 1.0))
 
 
-def sample_path(cell: Cell, path: ObjectPath, bases: Floats, points: Sequence[ArmPoint]) -> Samples:
+def sample_path(
+    cell: Cell,
+    path: ObjectPath,
+    bases: Floats,
+    points: Sequence[ArmPoint],
+    between: Sequence[tuple[int, float]] = (),
+) -> Samples:
     """Sample a layout's path.
 
     Args:
         cell: task and arms. path: of its object. bases: (A, 4, 4) in the world. points: one per arm.
+        between: further places, (pose, fraction of the way to the next).
     """
     m = len(cell.task)
     cuts = np.where(cell.task.joined, _cuts(path, points), 1)  # from one job to the next there is no way
     step = np.concatenate([np.repeat(np.arange(m - 1), cuts), [m - 2]])
     fraction = np.concatenate([np.concatenate([np.arange(c) / c for c in cuts]), [1.0]])
+    for pose, share in between:
+        at = int(np.searchsorted(step + fraction, pose + share))
+        step, fraction = np.insert(step, at, pose), np.insert(fraction, at, share)
     at_pose = (fraction == 0.0) | (fraction == 1.0)
     pose = step + (fraction == 1.0)
-    between = np.flatnonzero(~at_pose)
+    inner = np.flatnonzero(~at_pose)
     objects = np.empty((len(step), 4, 4))
     objects[at_pose] = cell.task.poses[pose[at_pose]]
-    objects[between] = path.at(step[between], fraction[between])
+    objects[inner] = path.at(step[inner], fraction[inner])
     good = np.ones(len(step), dtype=np.bool_)
     joints = []
     for arm, base, point in zip(cell.arms, bases, points, strict=True):
         q = np.empty((len(step), arm.dof))
         q[at_pose] = point.joints[pose[at_pose]]
-        if len(between):
-            flanges = objects[between] @ cell.grasps(arm)[step[between]] @ inverse(arm.tool)
-            before, after = point.joints[step[between]], point.joints[step[between] + 1]
-            share = fraction[between, None]
+        if len(inner):
+            flanges = objects[inner] @ cell.grasps(arm)[step[inner]] @ inverse(arm.tool)
+            before, after = point.joints[step[inner]], point.joints[step[inner] + 1]
+            share = fraction[inner, None]
             near = (1.0 - share) * before + share * after
-            q[between], arrived = follow(arm.robot, base, flanges, near, near)
-            good[between] &= arrived
+            q[inner], arrived = follow(arm.robot, base, flanges, near, near)
+            good[inner] &= arrived
         joints.append(q)
     jobs = cell.task.job_of[pose]
     return Samples(

@@ -37,6 +37,8 @@ class Scene:
         movable: (P,) True for pairs whose distance depends on the layout.
         path: of the object.
         footprints: per arm, on the floor.
+        between: (pose, fraction of the way to the next) of places at which a refinement keeps everything besides those
+            that it samples by itself.
     """
 
     cell: Cell
@@ -45,6 +47,7 @@ class Scene:
     movable: Bools
     path: ObjectPath
     footprints: tuple[Footprint, ...]
+    between: tuple[tuple[int, float], ...] = ()
 
     @staticmethod
     def of(cell: Cell, holders: Sequence[Arm] | None = None) -> Scene:

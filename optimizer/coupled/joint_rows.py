@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from models.arm import SINGULAR_WRIST, Arm
-from models.arrays import Floats
+from models.arrays import Floats, Ints
 from models.branches import posture_terms
 from models.closed_form import ClosedForm, closed_form
 from optimizer.coupled.linear_rows import RowCollector
@@ -18,6 +18,8 @@ NEAR = 0.25
 """rad or m; what is farther from its bound gets no row."""
 INSIDE = 1e-7
 """rad or m kept to bounds, for what the linear rows leave out."""
+LEFT, REACH = 0.1, 1e-7
+"""Share of the way to the end of reach that a step leaves; m² and 1, squares of front and elbow's sine that remain."""
 DIFFERENCE = 1e-6
 """rad, of the differences of the posture's terms."""
 SINGULAR = 10.0
@@ -58,14 +60,15 @@ def _add_steps(rows: RowCollector, scene: Scene, index: int, point: ArmPoint) ->
 def _add_posture(
     rows: RowCollector, scene: Scene, index: int, form: ClosedForm, signs: tuple[int, int, int], away: float
 ) -> None:
-    """Poses near a singular set that the posture must not cross (as in `optimizer.verify`), the wrist's with a distance
-    of ``away`` rad.
+    """Places near a singular set that the posture must not cross (as in `optimizer.verify`), the wrist's with a
+    distance of ``away`` rad.
+
+    Front and elbow fall like the square root of the way to the end of reach: their squares are what a row can follow.
+    A step that ends there is beyond it by the row's bend, where there is no layout at all: it stops short.
     """
-    poses = rows.samples.poses
-    q = rows.samples.joints[index][poses]
+    q = rows.samples.joints[index]
     sides = np.array([signs[0], -signs[0] * signs[1], signs[2]])
     values = sides[:, None] * _terms(form, q)
-    values[2] -= np.sin(away)
     slopes = np.stack(
         [
             (_terms(form, q + DIFFERENCE * unit) - _terms(form, q - DIFFERENCE * unit)) / (2.0 * DIFFERENCE)
@@ -73,8 +76,14 @@ def _add_posture(
         ],
         axis=-1,
     )
-    t, j = np.nonzero(values < NEAR)
-    _add(rows, scene, index, poses[j], sides[t, None] * slopes[t, j], values[t, j])
+    slopes *= sides[:, None, None]
+    k = np.flatnonzero(values[2] < NEAR)
+    _add(rows, scene, index, k, slopes[2, k], values[2, k] - np.sin(away))
+    t, k = np.nonzero(values[:2] < NEAR)
+    size = np.abs(values[t, k])
+    spare = values[t, k] * size
+    left = REACH + LEFT * np.maximum(spare - REACH, 0.0)
+    _add(rows, scene, index, k, 2.0 * size[:, None] * slopes[t, k], spare, left)
 
 
 def _terms(form: ClosedForm, q: Floats) -> Floats:
@@ -91,10 +100,19 @@ def _add_conditioning(rows: RowCollector, scene: Scene, index: int, arm: Arm) ->
     _add(rows, scene, index, poses[j], SINGULAR * slopes[j], SINGULAR * spare)
 
 
-def _add(rows: RowCollector, scene: Scene, index: int, at: np.ndarray, slopes: Floats, values: Floats) -> None:
-    """Rows of one arm's joints that must stay above zero."""
+def _add(
+    rows: RowCollector,
+    scene: Scene,
+    index: int,
+    at: Ints,
+    slopes: Floats,
+    values: Floats,
+    left: Floats | None = None,
+) -> None:
+    """Rows of one arm's joints that must stay above zero; above ``left`` if they tell how far the end of reach is."""
     if not len(at):
         return
     arms = scene.cell.arms
     by_joints = [slopes if a == index else np.zeros((len(at), other.dof)) for a, other in enumerate(arms)]
-    rows.add_at(at, np.zeros((len(at), BASE * len(arms))), by_joints, values, np.full(len(at), INSIDE))
+    required = np.full(len(at), INSIDE) if left is None else INSIDE + left
+    rows.add_at(at, np.zeros((len(at), BASE * len(arms))), by_joints, values, required, left is not None)

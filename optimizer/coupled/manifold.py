@@ -1,8 +1,7 @@
 """The layouts on which every arm is on its task: their unknowns, their directions, and the way back onto them.
 
 A layout has four unknowns per arm, its base, and for redundant arms one more per pose and spare joint, its motion in
-the null space of the Jacobian. All joints follow from these to first order by the Jacobian; Newton's method does the
-rest.
+the null space of the Jacobian. All joints follow from these to first order by the Jacobian; `on_task` does the rest.
 """
 
 from __future__ import annotations
@@ -17,8 +16,8 @@ from models.arrays import Floats, Ints
 from models.cell import Cell
 from models.chain import chain_of
 from models.screws import forward_and_jacobian
+from optimizer.coupled.on_task import REACHED, brought_onto
 from optimizer.coupled.sensitivity import joints_by_base
-from optimizer.path_samples import follow
 from optimizer.pose_rows import BASE
 from optimizer.program import ArmPoint
 
@@ -86,14 +85,14 @@ def directions(arm: Arm, rotation: Floats, joints: Floats) -> Directions:
 
 def move(
     cell: Cell, points: Sequence[ArmPoint], along: Sequence[Directions], unknowns: Unknowns, step: Floats
-) -> tuple[ArmPoint, ...] | None:
-    """The layout a step away, with every arm exactly on its task; None where an arm cannot follow.
+) -> tuple[tuple[ArmPoint, ...], float]:
+    """The layout a step away, with every arm exactly on its task; and by how many m some arm misses it.
 
     Args:
         cell: the cell. points: one per arm. along: directions at their poses. unknowns: of the cell.
         step: (C,) change of the unknowns.
     """
-    moved = []
+    moved, most = [], 0.0
     for a, (arm, point, ways) in enumerate(zip(cell.arms, points, along, strict=True)):
         base = step[unknowns.base(a)]
         q = point.joints + ways.by_base @ base
@@ -101,8 +100,8 @@ def move(
         if spare:
             q = q + np.einsum("mnd,md->mn", ways.by_spare, step[first : first + spare * len(q)].reshape(-1, spare))
         position, yaw = point.position + base[:3], point.yaw + float(base[3])
-        found, good = follow(arm.robot, arm.base_in_world(position, yaw), cell.flange_targets(arm), q, q)
-        if not np.all(good):
-            return None
+        base_there = arm.base_in_world(position, yaw)
+        found, missing = brought_onto(arm, point.signs, base_there, cell.flange_targets(arm), point.joints, q)
+        most = max(most, float(np.max(missing)))
         moved.append(ArmPoint(position, yaw, found, point.signs))
-    return tuple(moved)
+    return tuple(moved), most if most >= REACHED else 0.0

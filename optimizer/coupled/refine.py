@@ -27,7 +27,7 @@ from optimizer.measure import placed
 from optimizer.program import ArmPoint
 from optimizer.watch import check_stop, tell
 
-ROUNDS = 25
+ROUNDS = 50
 """Programs that one refinement may solve for one set of cushions."""
 RADIUS, SMALLEST_RADIUS, LARGEST_RADIUS = 0.1, 1e-5, 0.4
 """m that a base may move in a round along each axis: at first, before giving up, at most."""
@@ -41,6 +41,8 @@ POOR, GOOD = 0.25, 0.75
 """Share of the promised fall below which the radius shrinks, above which it grows."""
 SAME_BASIN = 0.01
 """m; layouts in the same postures whose bases are nearer than this to each other lead to one optimum."""
+NEARER, BEYOND = 3, 1.5
+"""How often a step that ends beyond an arm's reach is made anew, and how much more than it missed is asked for."""
 CUSHION = 1e-4
 """m asked for beyond the required distance, for what the linear rows leave out."""
 DIPS = 5
@@ -180,13 +182,15 @@ def _descend(
             return here, round_
         model = model or quadratic(scene.cell, here.points, here.along, unknowns)
         bounds = _reach(scene.cell, here.points, unknowns, radius)
-        step = best_step(model, here.rows, *bounds, price)
-        moved = None if step is None else move(scene.cell, here.points, here.along, unknowns, step.step)
+        step, moved, straight = _step(scene, here, model, here.rows, bounds, price)
         if step is None or moved is None:
             radius *= 0.3
             continue
-        there = look(scene, unknowns, moved, cushions)
         promised = price * (max(here.lack, 0.0) - step.slack) - model.change(step.step)
+        if promised <= WORTH * max(merit, 1e-9) and not straight:
+            radius *= 0.3
+            continue
+        there = look(scene, unknowns, moved, cushions)
         gained = merit - _merit(there, price)
         if gained < POOR * promised and there.lack > max(here.lack, 0.0):
             bent = _bent(scene, here, there, model, step, bounds, cushions, price)
@@ -219,11 +223,31 @@ def _bent(
     The second-order correction of R. Fletcher, Practical Methods of Optimization, 1987, section 14.4: without it rows
     that bend make every step short that goes along them.
     """
-    unknowns, rows = Unknowns.of(scene.cell), there.rows
-    seen_from_here = LinearRows(rows.gradients, rows.values - rows.gradients @ step.step, rows.required)
-    corrected = best_step(model, seen_from_here, *bounds, price)
-    moved = None if corrected is None else move(scene.cell, here.points, here.along, unknowns, corrected.step)
-    return None if moved is None else look(scene, unknowns, moved, cushions)
+    rows = there.rows
+    seen_from_here = replace(rows, values=rows.values - rows.gradients @ step.step)
+    _, moved, _ = _step(scene, here, model, seen_from_here, bounds, price)
+    return None if moved is None else look(scene, Unknowns.of(scene.cell), moved, cushions)
+
+
+def _step(
+    scene: Scene, here: Look, model: Quadratic, rows: LinearRows, bounds: tuple[Floats, Floats], price: float
+) -> tuple[Step | None, tuple[ArmPoint, ...] | None, bool]:
+    """The best step and where it leads; None where some arm does not reach its task there.
+
+    A step that ends beyond the end of reach, which bends, is made anew with so much more of it left; False for such.
+    """
+    unknowns = Unknowns.of(scene.cell)
+    for count in range(NEARER + 1):
+        step = best_step(model, rows, *bounds, price)
+        if step is None:
+            break
+        moved, missing = move(scene.cell, here.points, here.along, unknowns, step.step)
+        if missing == 0.0:
+            return step, moved, count == 0
+        if np.isinf(missing) or not np.any(rows.reach):
+            break
+        rows = rows.nearer(BEYOND * missing)
+    return step, None, False
 
 
 def _reach(cell: Cell, points: Sequence[ArmPoint], unknowns: Unknowns, radius: float) -> tuple[Floats, Floats]:

@@ -10,7 +10,8 @@ import numpy as np
 from models.arrays import Floats, Ints
 from models.cell import Cell
 from models.pose import inverse
-from optimizer.path_samples import ObjectPath, follow
+from optimizer.coupled.on_task import REACHED, brought_onto
+from optimizer.path_samples import ObjectPath
 from optimizer.program import ArmPoint
 
 LONGEST_STEP, LONGEST_SHIFT = 0.25, 0.08
@@ -59,9 +60,9 @@ def sample_path(
     cuts = np.where(cell.task.joined, _cuts(path, points), 1)  # from one job to the next there is no way
     step = np.concatenate([np.repeat(np.arange(m - 1), cuts), [m - 2]])
     fraction = np.concatenate([np.concatenate([np.arange(c) / c for c in cuts]), [1.0]])
-    for pose, share in between:
-        at = int(np.searchsorted(step + fraction, pose + share))
-        step, fraction = np.insert(step, at, pose), np.insert(fraction, at, share)
+    for before, part in between:
+        at = int(np.searchsorted(step + fraction, before + part))
+        step, fraction = np.insert(step, at, before), np.insert(fraction, at, part)
     at_pose = (fraction == 0.0) | (fraction == 1.0)
     pose = step + (fraction == 1.0)
     inner = np.flatnonzero(~at_pose)
@@ -78,8 +79,8 @@ def sample_path(
             before, after = point.joints[step[inner]], point.joints[step[inner] + 1]
             share = fraction[inner, None]
             near = (1.0 - share) * before + share * after
-            q[inner], arrived = follow(arm.robot, base, flanges, near, near)
-            good[inner] &= arrived
+            q[inner], missing = brought_onto(arm, point.signs, base, flanges, near, near)
+            good[inner] &= missing < REACHED
         joints.append(q)
     jobs = cell.task.job_of[pose]
     return Samples(

@@ -56,7 +56,7 @@ def agreement(scene, points, order) -> tuple[int, float]:
     fine = []
     for column in range(unknowns.count):
         step = STEP * np.eye(unknowns.count)[column]
-        sides = [move(scene.cell, points, here.along, unknowns, sign * step) for sign in (1.0, -1.0)]
+        sides = [move(scene.cell, points, here.along, unknowns, sign * step)[0] for sign in (1.0, -1.0)]
         values = [look(scene, unknowns, side, {}).rows.values for side in sides]
         plus, minus = (v[order(v)] for v in values)
         expected = (plus - minus) / (2.0 * STEP)

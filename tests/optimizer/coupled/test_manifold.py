@@ -38,8 +38,8 @@ def test_a_moved_layout_is_exactly_on_its_task_and_moves_as_the_directions_say(n
     rng = np.random.default_rng(8)
     for size in (1e-2, 1e-5):
         step = size * rng.normal(size=unknowns.count)
-        moved = move(cell, [point], along, unknowns, step)
-        assert moved is not None
+        moved, missing = move(cell, [point], along, unknowns, step)
+        assert missing == 0.0
         assert error(cell, moved[0]) < 1e-7
         assert np.allclose(moved[0].position - point.position, step[:3], atol=1e-12)
     change = moved[0].joints - point.joints
@@ -59,7 +59,8 @@ def test_unknowns_of_redundant_arms_are_counted_pose_by_pose():
 
 def test_a_step_that_no_arm_can_follow_is_refused():
     cell, point, unknowns, along = layout("puma560")
-    assert move(cell, [point], along, unknowns, np.array([5.0, 0.0, 0.0, 0.0])) is None
+    _, missing = move(cell, [point], along, unknowns, np.array([5.0, 0.0, 0.0, 0.0]))
+    assert missing > 1.0
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -72,7 +73,7 @@ def test_the_model_of_the_objective_is_right_to_first_and_for_plain_arms_to_seco
         way = rng.normal(size=unknowns.count)
 
         def cost(step, way=way):
-            moved = move(cell, [point], along, unknowns, step * way)
+            moved, _ = move(cell, [point], along, unknowns, step * way)
             return objective_of(cell.task, cell.arms[0], moved[0].joints)
 
         assert (cost(1e-4) - cost(-1e-4)) / 2e-4 == pytest.approx(float(model.gradient @ way), rel=1e-4, abs=1e-3)

@@ -10,7 +10,7 @@ from optimizer.coupled.linear_rows import LinearRows
 from optimizer.coupled.quadratic import Quadratic
 from optimizer.coupled.sqp.step import best_step
 
-NO_ROWS = LinearRows(np.zeros((0, 3)), np.zeros(0), np.zeros(0))
+NO_ROWS = LinearRows(np.zeros((0, 3)), np.zeros(0), np.zeros(0), np.zeros(0))
 FAR = np.full(3, 10.0)
 
 
@@ -29,7 +29,7 @@ def test_bounds_hold_exactly():
 
 
 def test_what_rows_cannot_keep_is_in_the_slack():
-    rows = LinearRows(np.array([[1.0, 0, 0], [-1.0, 0, 0]]), np.zeros(2), np.array([0.3, 0.1]))
+    rows = LinearRows(np.array([[1.0, 0, 0], [-1.0, 0, 0]]), np.zeros(2), np.array([0.3, 0.1]), np.zeros(2))
     step = best_step(Quadratic(np.zeros(3), 1e-6 * np.eye(3)), rows, -FAR, FAR, 100.0)
     assert step.step[0] == pytest.approx(0.1, abs=1e-5)
     assert step.slack == pytest.approx(0.2, abs=1e-5)
@@ -40,7 +40,7 @@ def test_random_programs_agree_with_a_general_minimiser(seed):
     rng = np.random.default_rng(seed)
     root = rng.normal(size=(3, 3))
     model = Quadratic(rng.normal(size=3), root @ root.T + 0.1 * np.eye(3))
-    rows = LinearRows(rng.normal(size=(7, 3)), rng.normal(size=7), rng.normal(size=7))
+    rows = LinearRows(rng.normal(size=(7, 3)), rng.normal(size=7), rng.normal(size=7), np.zeros(7))
     step = best_step(model, rows, -FAR, FAR, 5.0)
 
     def cost(x):

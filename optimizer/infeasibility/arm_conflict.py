@@ -74,7 +74,7 @@ def _minimal(cell: Cell, index: int, tree: ArmTree, deadline: float) -> ArmConfl
     What excluded nothing is out at no cost; what lost the last yaw may have been anything around the base.
     """
     counts = np.bincount(tree.nodes.code, minlength=len(tree.excluder.causes))
-    numbers = _causes(cell, index, tree.excluder.causes.all)
+    numbers = elements_of(cell, index, tree.excluder.causes.all)
     weight = {element: int(np.sum(counts[some])) for element, some in numbers.items()}
     used = [e for e in numbers if weight[e] > 0 or (counts[YAW] > 0 and e.kind in AROUND)]
     used.sort(key=lambda e: (e.kind in OWN, -weight[e]))
@@ -116,7 +116,7 @@ class _Minimal:
         return arm_tree(restricted(self.cell, left), self.index, self.deadline)
 
 
-def _causes(cell: Cell, index: int, causes: tuple[Cause, ...]) -> dict[Element, list[int]]:
+def elements_of(cell: Cell, index: int, causes: tuple[Cause, ...]) -> dict[Element, list[int]]:
     """Elements of a cell, and the numbers of the causes that they give for one arm."""
     obstacles = {obstacle.name: k for k, obstacle in enumerate(cell.surroundings.obstacles)}
     found: dict[Element, list[int]] = {}

@@ -12,6 +12,7 @@ from optimizer.findings import Explanation
 from optimizer.infeasibility.arm_conflict import arm_conflict
 from optimizer.infeasibility.cause import Infeasibility
 from optimizer.infeasibility.immediate import immediate_infeasibility
+from optimizer.infeasibility.pair_conflict import PairConflict, pair_conflict
 from optimizer.infeasibility.remedies import remedies
 from optimizer.layout import Layout
 from optimizer.program import ArmPoint
@@ -40,7 +41,10 @@ def explain(cell: Cell, layout: Layout, seed: int, deadline: float) -> Explanati
     if causes:
         conflict, irreducible = _selection(cell, causes[0]), _all_needed(causes[0])
     else:
-        proved = arm_conflict(cell, started + SHARE * (end - started))
+        half = started + SHARE * (end - started)
+        proved = arm_conflict(cell, half) or pair_conflict(cell, half)
+        if isinstance(proved, PairConflict) and proved.layout is not None:
+            return proved.layout
         if proved is None:
             found = explain_by_search(cell, layout, seed, deadline)
             # That the set leaves no layout was searched, not proved: what is not named may block as well.

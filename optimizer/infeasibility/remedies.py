@@ -17,6 +17,7 @@ from models.floor import Floor
 from models.pose import transform
 from models.shapes import Body, HalfSpace
 from models.surroundings import PairClass
+from optimizer.coupled.scene import Scene
 from optimizer.findings import Relaxation
 from optimizer.infeasibility.arm_conflict import proved_arm
 from optimizer.infeasibility.immediate import immediate_infeasibility
@@ -24,14 +25,18 @@ from optimizer.infeasibility.largest import KINDS, Largest, largest_clearance, l
 from optimizer.infeasibility.resolve import resolved
 from optimizer.program import ArmPoint
 from optimizer.why_not.elements import Element, Kind, Selection
-from optimizer.why_not.trial import Found
+from optimizer.why_not.trial import Found, clean
 
-CLOSE = 0.05
+CLOSE = 0.1
 """Relative width of the interval that holds the smallest number, where the search for it ends."""
 GROWTH = 2.5
 """Factor between the numbers that are tried first, from below."""
-SHARE = 0.5
+SHARE = 0.3
 """Of the time left that one trial may take."""
+EACH = 0.5
+"""Of the time left that one remedy may take."""
+HALVINGS = 6
+"""Of the amount, before another layout is looked for."""
 PROOF = 0.15
 """Of the time left that a proof before a trial may take."""
 PRECISE = 5e-5
@@ -76,13 +81,13 @@ class _Bracket:
 
 
 def remedies(
-    cell: Cell, conflict: Selection, deadline: float, seed: int, possible: Mapping[str, float] | None = None
+    cell: Cell, conflict: Selection, end: float, seed: int, possible: Mapping[str, float] | None = None
 ) -> tuple[Relaxation, ...]:
     """The smallest changes that help, at most `MOST_TOLD`, the cheapest first; each has a layout.
 
     Args:
         cell: the cell. conflict: what blocks it.
-        deadline: `time.perf_counter` value, soft; what has not been solved by then is not told.
+        end: `time.perf_counter` value, soft; what has not been solved by then is not told.
         seed: of the searches.
         possible: by JSON pointer, the largest value that was found possible, if no more than `PRECISE` below the bound.
     """
@@ -90,8 +95,10 @@ def remedies(
     hints: list[tuple[ArmPoint, ...]] = []
     arms = [element.index for element in conflict.elements if element.kind is Kind.ARM]
     for remedy in _candidates(cell, conflict):
-        if len(told) == MOST_TOLD or time.perf_counter() > deadline:
+        now = time.perf_counter()
+        if len(told) == MOST_TOLD or now > end:
             break
+        deadline = now + EACH * (end - now)
         if possible and remedy.pointer in possible:
             less = remedy.required - possible[remedy.pointer]
             bracket: _Bracket | None = _Bracket(
@@ -108,9 +115,10 @@ def remedies(
 
 def _bracket(remedy: Remedy, arms: Sequence[int], deadline: float) -> _Bracket | None:
     """Where to look for the smallest amount; None if it is proved that none helps."""
-    low, first = 0.0, min(remedy.least, remedy.most)
     if remedy.kept is None:
-        return None if first < remedy.most and _hopeless(remedy.change(remedy.most), deadline) else _Bracket(low, first)
+        hopeless = remedy.least < remedy.most and _hopeless(remedy.change(remedy.most), deadline)
+        return None if hopeless else _Bracket(0.0, remedy.most)
+    low, first = 0.0, 0.0
     for arm in arms:
         now = time.perf_counter()
         largest = remedy.kept(arm, now + SHARE * max(deadline - now, 0.0))
@@ -119,24 +127,26 @@ def _bracket(remedy: Remedy, arms: Sequence[int], deadline: float) -> _Bracket |
         if largest.bound == -np.inf:
             return None
         low = max(low, remedy.required - largest.bound)
-        if largest.found is not None and largest.found < remedy.required:
-            first = min(max(first if low == 0.0 else 0.0, remedy.required - largest.found), remedy.most)
-    return _Bracket(low, min(_rounded(first, remedy.exact), remedy.most))
+        if largest.found is not None:
+            first = max(first, remedy.required - largest.found)
+    return _Bracket(low, min(_rounded(first, remedy.exact), remedy.most) if first > 0.0 else remedy.most)
 
 
 def _smallest(
     remedy: Remedy, bracket: _Bracket, hints: Sequence[tuple[ArmPoint, ...]], deadline: float, seed: int
 ) -> _Helpful | None:
-    """The smallest amount for which a layout is found; None where none is in time."""
-    low, amount, helpful = bracket.low, bracket.first, None
-    while helpful is None:
-        found = _solved(remedy.change(amount), hints, deadline, seed)
-        if found is not None:
-            helpful = _Helpful(amount, found)
-        elif amount >= remedy.most or time.perf_counter() > deadline:
+    """The smallest amount for which a layout is found; None where none is in time.
+
+    From above: a layout for a large amount does for smaller ones as well, which is quickly seen.
+    """
+    low, amount = bracket.low, bracket.first
+    found = _solved(remedy.change(amount), hints, deadline, seed)
+    while found is None:
+        if amount >= remedy.most or time.perf_counter() > deadline:
             return None
-        else:
-            low, amount = amount, min(GROWTH * amount, remedy.most)
+        low, amount = amount, min(GROWTH * amount, remedy.most)
+        found = _solved(remedy.change(amount), hints, deadline, seed)
+    helpful = _shrunk(remedy, low, _Helpful(amount, found))
     while helpful.amount - low > max(CLOSE * helpful.amount, remedy.exact) and time.perf_counter() < deadline:
         middle = _rounded(0.5 * (low + helpful.amount), remedy.exact)
         if not low < middle < helpful.amount:
@@ -145,8 +155,26 @@ def _smallest(
         if found is None:
             low = middle
         else:
-            helpful = _Helpful(middle, found)
+            helpful = _shrunk(remedy, low, _Helpful(middle, found))
     return helpful
+
+
+def _shrunk(remedy: Remedy, low: float, helpful: _Helpful) -> _Helpful:
+    """The smallest amount, nearly, for which a layout that is known does as it is."""
+    points, amount = helpful.found.points, helpful.amount
+    for _ in range(HALVINGS):
+        middle = _rounded(0.5 * (low + amount), remedy.exact)
+        if not low < middle < amount:
+            break
+        if _does(remedy.change(middle), points):
+            amount = middle
+        else:
+            low = middle
+    return _Helpful(amount, helpful.found)
+
+
+def _does(cell: Cell, points: tuple[ArmPoint, ...]) -> bool:
+    return not immediate_infeasibility(cell) and clean(Scene.of(cell), points)
 
 
 def _hopeless(cell: Cell, deadline: float) -> bool:

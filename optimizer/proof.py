@@ -12,8 +12,9 @@ class Obstacle:
     """Something that rules out base positions on its own.
 
     Attributes:
-        kind: out_of_reach | joint_limit | joint_step (no path within limits and step from pose to pose).
-        joint: index of the joint, or None for reach.
+        kind: out_of_reach | joint_limit | joint_step (no path within limits and step from pose to pose) |
+            conditioning.
+        joint: index of the joint, or None for reach and conditioning.
         share: fraction of what was searched (base region times postures) that it was seen to rule out. Shares
             overlap; reach is looked at first, joints only where reach rules nothing out.
         pose_shares: (m,) the same fraction for every single pose.

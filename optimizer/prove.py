@@ -120,8 +120,6 @@ def _certificate(search: ArmSearch, proof: ArmProof, settings: CertificateSettin
     note = proof.note
     if proof.infeasible:
         note = "proved infeasible: no base in the region can do the task in one posture"
-    elif not proved and search.arm.min_conditioning is not None:
-        note = f"the bound does not know of min_conditioning; the gap may be what that costs. {note}".strip()
     return ArmCertificate(search.arm.name, bound, gap, proved, proof.boxes, proof.wall_time, note, ended)
 
 

@@ -26,6 +26,7 @@ from optimizer.certificate.bounds.box_bounds import BoxBounder, BoxBounds
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.bounds.obstacles import Tally
 from optimizer.certificate.bounds.region import reachable_region
+from optimizer.certificate.exclusion.conditioning import poorly_conditioned
 from optimizer.events import Bounded
 from optimizer.proof import ArmProof, Incumbent
 from optimizer.reduced import ReducedProblem, conditioning_shortfall, evaluate_signed
@@ -72,7 +73,7 @@ def certify(
         tree: of an earlier proof of the same problem with a gap no larger, to go on with; its boxes count.
 
     Returns:
-        The proof as far as it got. A limit on the conditioning is not part of the bound, which stays valid with it.
+        The proof as far as it got.
 
     Raises:
         Cancelled: whoever watches (`optimizer.watch`) wants an end.
@@ -167,6 +168,7 @@ class BranchAndBound:
         now, later = self.fresh[:most], self.fresh[most:]
         found = self.bounder.bounds(now, self.cutoff)
         bounds = np.maximum(found.lower, self.inherited[:most])
+        self._exclude(now, bounds)
         self.boxes += len(now)
         self.tally.add(now, found)
         self._improve(now, found)
@@ -177,6 +179,16 @@ class BranchAndBound:
         self.kept, self.bounds = self.kept[~done], self.bounds[~done]
         if not len(self.fresh) and len(self.kept):
             self._branch(most)
+
+    def _exclude(self, boxes: Boxes, bounds: Floats) -> None:
+        """Make bounds (N,) infinite where the smallest conditioning is kept nowhere in a box."""
+        left = np.flatnonzero(bounds < self.cutoff)
+        if self.problem.arm.min_conditioning is None or not len(left):
+            return
+        poor = poorly_conditioned(self.problem, self.bounder.kinematics, boxes[left])
+        lost = np.any(poor, axis=1)
+        bounds[left[lost]] = np.inf
+        self.tally.add_poor(boxes[left[lost]], poor[lost])
 
     def _branch(self, most: int) -> None:
         """Cut the boxes with the smallest bounds: in two, or in more while there are few."""
@@ -194,6 +206,8 @@ class BranchAndBound:
         order = order[np.isfinite(found.expected[order])]
         if len(order):
             self._evaluate(found.promising[order], boxes.posture[order])
+            if self.problem.arm.min_conditioning is not None:  # what is cheapest may be what is not kept
+                self._evaluate(boxes.centre[order], boxes.posture[order])
 
     def _evaluate(self, places: Floats, postures: Ints) -> None:
         """Keep the best of some places (n, 3) in postures (n,), if it is better than what was known."""

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arrays import Floats
+from models.arrays import Bools, Floats
 from optimizer.certificate.bounds.box_bounds import LIMIT, PATH, REACH, BoxBounds
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.bounds.region import Region
 from optimizer.proof import Obstacle
 from optimizer.reduced import ReducedProblem
 
-_KINDS = {REACH: "out_of_reach", LIMIT: "joint_limit", PATH: "joint_step"}
+CONDITIONING = PATH + 1
+_KINDS = {REACH: "out_of_reach", LIMIT: "joint_limit", PATH: "joint_step", CONDITIONING: "conditioning"}
 
 
 class Tally:
@@ -26,12 +27,23 @@ class Tally:
 
     def add(self, boxes: Boxes, found: BoxBounds) -> None:
         """Count boxes."""
-        parts = np.where(self._size > 0.0, 2.0 * boxes.half / np.maximum(self._size, 1e-300), 1.0)
-        shares = np.prod(parts, axis=1) / self._whole
+        shares = self._shares_of(boxes)
         for k, causes in enumerate(found.causes):
             for cause in np.unique(causes[causes > 0]):
                 rows = causes == cause
                 self._note(int(cause), k - 1, float(np.sum(shares[rows])), shares[rows] @ found.poses[k, rows])
+
+    def add_poor(self, boxes: Boxes, poses: Bools) -> None:
+        """Count boxes in which the smallest conditioning is not kept at some poses (N, m)."""
+        shares = self._shares_of(boxes)
+        if len(boxes):
+            self._note(CONDITIONING, -1, float(np.sum(shares)), shares @ poses)
+
+    def _shares_of(self, boxes: Boxes) -> Floats:
+        """(N,) of what is searched."""
+        parts = np.where(self._size > 0.0, 2.0 * boxes.half / np.maximum(self._size, 1e-300), 1.0)
+        shares: Floats = np.prod(parts, axis=1) / self._whole
+        return shares
 
     def _note(self, cause: int, joint: int, share: float, poses: Floats) -> None:
         before, poses_before = self._shares.get((cause, joint), (0.0, np.zeros_like(poses)))

@@ -26,9 +26,16 @@ from itertools import product
 import numpy as np
 
 from models.arm import Arm
-from models.arrays import Floats, Ints
+from models.arrays import Bools, Floats, Ints
 from models.kinematics import characteristic_length
-from optimizer.certificate.exclusion.motion import ON_TARGET, Motion
+from optimizer.certificate.bounds.angles.joints import Kinematics
+from optimizer.certificate.bounds.boxes import Boxes
+from optimizer.certificate.exclusion.causes import TOLERANCE
+from optimizer.certificate.exclusion.motion import ON_TARGET, Motion, motion
+from optimizer.reduced import ReducedProblem
+
+AT_ONCE = 4000
+"""Poses times boxes looked at together."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -39,32 +46,49 @@ class _Screws:
     derivative: Floats
 
 
-def conditioning_slack(motion: Motion, arm: Arm) -> Floats:
-    """(N,) no base in a box has a σmin/σmax more than this beyond ``arm.min_conditioning`` at every pose.
+def conditioning_slacks(moved: Motion, arm: Arm) -> Floats:
+    """(N, m) no base in a box has a σmin/σmax more than this beyond ``arm.min_conditioning`` at a pose.
 
     Args:
-        motion: over N boxes. arm: with a smallest conditioning.
+        moved: over N boxes. arm: with a smallest conditioning.
     """
-    count, m = motion.joints.shape[:2]
+    count, m = moved.joints.shape[:2]
     box, pose = (index.ravel() for index in np.indices((count, m)))
     length = characteristic_length(arm.robot)
-    flange = motion.frames[box, pose, 6] @ arm.robot.flange_placement
+    flange = moved.frames[box, pose, 6] @ arm.robot.flange_placement
     tool = flange[:, :3, :3] @ arm.tool[:3, 3] + flange[:, :3, 3]
-    velocity, distance, swing = motion.swings(box, pose, tool)
+    velocity, distance, swing = moved.swings(box, pose, tool)
     farthest = (distance + np.sum(swing, axis=1, keepdims=True) - np.cumsum(swing, axis=1)) / length
-    change = motion.change[box, pose].copy()
+    change = moved.change[box, pose].copy()
     change[:, 0] = 0.0
-    screws = _screws(motion.axes[box, pose], velocity / length)
+    screws = _screws(moved.axes[box, pose], velocity / length)
     _, sigma, right = np.linalg.svd(screws.jacobian)
     remainder = 0.5 * np.sum(change * (1.0 + farthest), axis=1) ** 2 * np.sqrt(np.sum(1.0 + farthest**2, axis=1))
-    smallest = _weakest(motion, box, pose, screws, right[:, -1], change) + remainder
+    smallest = _weakest(moved, box, pose, screws, right[:, -1], change) + remainder
     norms = np.sqrt(np.einsum("qlrk,qlrk->ql", screws.derivative, screws.derivative))
     largest = sigma[:, 0] - np.sum(change * norms, axis=1) - remainder
     with np.errstate(invalid="ignore", divide="ignore"):
         ratio = np.where(largest > 0.0, smallest / np.where(largest > 0.0, largest, 1.0), np.inf)
-    ratio = np.where(np.isnan(ratio), np.inf, ratio).reshape(count, m)
-    slack: Floats = np.min(ratio, axis=1) - float(arm.min_conditioning or 0.0)
+    slack: Floats = np.where(np.isnan(ratio), np.inf, ratio).reshape(count, m) - float(arm.min_conditioning or 0.0)
     return slack
+
+
+def poorly_conditioned(problem: ReducedProblem, kinematics: Kinematics, boxes: Boxes) -> Bools:
+    """(N, m) True where no base in a box keeps the smallest conditioning of an arm at a pose; False if none is asked.
+
+    Args:
+        problem: of the arm. kinematics: of it, for the same poses. boxes: N of them.
+    """
+    arm, m = problem.arm, len(problem.positions)
+    if arm.min_conditioning is None:
+        return np.zeros((len(boxes), m), dtype=np.bool_)
+    targets = np.tile(np.eye(4), (m, 1, 1))
+    targets[:, :3, :3], targets[:, :3, 3] = kinematics.targets.mount @ problem.rotations, problem.positions
+    step = max(AT_ONCE // m, 1)
+    parts = [boxes[at : at + step] for at in range(0, len(boxes), step)]
+    slacks = [conditioning_slacks(motion(arm, kinematics, targets, part), arm) for part in parts]
+    lost: Bools = np.concatenate([np.zeros((0, m)), *slacks]) < -TOLERANCE
+    return lost
 
 
 def _screws(axes: Floats, velocity: Floats) -> _Screws:
@@ -79,17 +103,17 @@ def _screws(axes: Floats, velocity: Floats) -> _Screws:
     return _Screws(jacobian, derivative)
 
 
-def _weakest(motion: Motion, box: Ints, pose: Ints, screws: _Screws, weakest: Floats, change: Floats) -> Floats:
+def _weakest(moved: Motion, box: Ints, pose: Ints, screws: _Screws, weakest: Floats, change: Floats) -> Floats:
     """(q,) the largest |J v| to first order over boxes, for directions v (q, 6) of joint space."""
     here = np.einsum("qrk,qk->qr", screws.jacobian, weakest)
     slopes = np.einsum("qlrk,qk->qlr", screws.derivative, weakest)
     lengths = np.sqrt(np.einsum("qlr,qlr->ql", slopes, slopes))
     anyhow = np.linalg.norm(here, axis=1) + np.sum(change * lengths, axis=1)
-    half = motion.half[box]
+    half = moved.half[box]
     corners = np.array(list(product((-1.0, 1.0), repeat=half.shape[1])))
-    by_place = np.einsum("qlr,qlK,qK->qrK", slopes, motion.slopes[box, pose], half)
+    by_place = np.einsum("qlr,qlK,qK->qrK", slopes, moved.slopes[box, pose], half)
     at_corners = here[:, None] + np.einsum("qrK,vK->qvr", by_place, corners)
-    rest = np.sum(motion.rest[box, pose] * lengths, axis=1)
+    rest = np.sum(moved.rest[box, pose] * lengths, axis=1)
     linear = np.max(np.linalg.norm(at_corners, axis=2), axis=1) + rest
-    known = motion.regular[box, pose] & (motion.error[box, pose] < ON_TARGET)
+    known = moved.regular[box, pose] & (moved.error[box, pose] < ON_TARGET)
     return np.asarray(np.where(known, np.fmin(linear, anyhow), anyhow))

@@ -17,7 +17,7 @@ from optimizer.certificate.bounds.rules import Rules
 from optimizer.certificate.exclusion.base_contact import BaseContact
 from optimizer.certificate.exclusion.bodies import ArmBodies, Other, SelfPair
 from optimizer.certificate.exclusion.causes import CONDITIONING, FLOOR, TOLERANCE, YAW, Causes
-from optimizer.certificate.exclusion.conditioning import conditioning_slack
+from optimizer.certificate.exclusion.conditioning import conditioning_slacks
 from optimizer.certificate.exclusion.motion import Motion, motion
 from optimizer.certificate.exclusion.points import Held, point_slack
 from optimizer.certificate.exclusion.self_contact import self_slack
@@ -146,7 +146,7 @@ class Excluder:
             self._test_links(moved, rows, levels, found)
             left = np.flatnonzero(found.code[rows] == 0)
         if self.arm.min_conditioning is not None and len(left):
-            slack = conditioning_slack(moved[left], self.arm)
+            slack = np.min(conditioning_slacks(moved[left], self.arm), axis=1)
             self._note(found, rows[left], CONDITIONING, slack, levels)
             left = np.flatnonzero(found.code[rows] == 0)
         if self.base.useful and len(left) and levels.get(YAW, 0.0) > -np.inf:

@@ -14,7 +14,8 @@ from models.pose import rotation_x, rotation_y, transform
 from models.posture import ALL_SIGNS, Posture
 from models.task import Task, line
 from optimizer.certificate.certify import BranchAndBound, certify
-from optimizer.reduced import ReducedProblem, evaluate, evaluate_signed, reduced_problem
+from optimizer.proof import Incumbent
+from optimizer.reduced import ReducedProblem, conditioning_shortfall, evaluate, evaluate_signed, reduced_problem
 from optimizer.settings import CertificateSettings
 from tests.support.arms import make_arm, region
 from tests.support.boxes import MOUNTS, random_problem
@@ -290,22 +291,40 @@ def test_incumbents_keep_the_limit_on_conditioning():
     worst = float(np.min(conditioning(arm.robot, arm.tool, paths.joints[:, 0, 0].T, length)))
     wanted = replace(arm, min_conditioning=1.2 * worst)
     problem = reduced_problem(CELLS["line"], wanted)
+    best = _best_near(problem, plain.found)
+    proof = certify(problem, best, CertificateSettings(1e-3, 100.0))
+    assert proof.proved
+    assert plain.objective < proof.lower_bound <= best
     proof = certify(problem, None, CertificateSettings(0.05, 60.0), rounds(12))
-    assert proof.lower_bound <= plain.objective
-    if proof.found is not None:
-        joints = evaluate_signed(problem, proof.found.position[None], np.array([proof.found.signs])).joints[:, 0, 0]
-        assert np.min(conditioning(arm.robot, arm.tool, joints.T, length)) >= 1.2 * worst - 1e-12
+    joints = evaluate_signed(problem, proof.found.position[None], np.array([proof.found.signs])).joints[:, 0, 0]
+    assert np.min(conditioning(arm.robot, arm.tool, joints.T, length)) >= 1.2 * worst - 1e-12
 
 
-def test_a_base_that_cannot_be_cut_ends_the_proof_even_without_an_incumbent():
+def _best_near(problem: ReducedProblem, found: Incumbent) -> float:
+    """Best of random bases around a place, in its posture, that keep everything, the limit on conditioning included."""
+    places = found.position + np.random.default_rng(0).uniform(-0.02, 0.02, (4000, 3)) * [1.0, 1.0, 0.0]
+    free = replace(problem, arm=replace(problem.arm, min_conditioning=None))
+    paths = evaluate_signed(free, places, np.tile(found.signs, (4000, 1)))
+    kept = (paths.violation[0] == 0.0) & (conditioning_shortfall(problem, paths.joints[:, 0]) == 0.0)
+    return float(np.min(paths.objective[0, kept]))
+
+
+def test_a_conditioning_that_no_base_keeps_is_proved_impossible():
+    problem = reduced_problem(CELLS["line"], replace(CELLS["line"].arms[0], min_conditioning=0.6))
+    proof = certify(problem, None, CertificateSettings(0.01, 100.0))
+    assert proof.infeasible
+    kinds = {obstacle.kind: obstacle.share for obstacle in proof.obstacles}
+    assert 0.0 < kinds["conditioning"] <= 1.0
+
+
+def test_a_single_base_is_decided():
     best = certify(problem_of("line", 0), None, CertificateSettings(1e-3, 30.0)).found
     x, y, z = (Interval(float(v), float(v)) for v in best.position)
     problem = problem_of("line", 0, x=x, y=y, z=z)
     impossible = replace(problem, arm=replace(problem.arm, min_conditioning=0.9))
     proof = certify(impossible, None, CertificateSettings(1e-3, np.inf))
     assert proof.found is proof.objective is None
-    assert not proof.infeasible
-    assert proof.lower_bound == pytest.approx(best.objective, rel=1e-3)
+    assert proof.infeasible
 
 
 def test_the_same_request_gets_the_same_proof():

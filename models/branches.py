@@ -268,3 +268,9 @@ def signs_of(form: ClosedForm, joints: Floats) -> Ints:
     front, elbow, wrist = posture_terms(form, np.moveaxis(joints, -1, 0), np.sin, np.cos)
     signs: Ints = np.stack([np.sign(front), -np.sign(front * elbow), np.sign(wrist)], axis=-1).astype(np.int64)
     return signs
+
+
+def posture_of(form: ClosedForm, q: Floats) -> tuple[int, int, int]:
+    """Signs of shoulder, elbow and wrist of joint values (6,) [rad]; on a singular set the positive side."""
+    shoulder, elbow, wrist = (1 if sign >= 0 else -1 for sign in signs_of(form, q))
+    return shoulder, elbow, wrist

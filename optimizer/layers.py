@@ -14,10 +14,10 @@ import numpy as np
 
 from models.arm import SINGULAR_WRIST, TURN, Arm
 from models.arrays import Floats
-from models.branches import signs_of
+from models.branches import posture_of
 from models.cell import Cell
 from models.chain import chain_of
-from models.closed_form import ClosedForm, closed_form
+from models.closed_form import closed_form
 from models.inverse import branches
 from models.pose import inverse
 from models.posture import ALL_SIGNS
@@ -61,7 +61,9 @@ def layers_at(cell: Cell, arm: Arm, position: Floats, yaw: float, poses: Floats 
     form = closed_form(arm.robot)
     if form is None or arm.posture.free:
         return list(found)
-    return [np.array([q for q in layer if arm.posture.admits(_signs(form, q))]).reshape(-1, arm.dof) for layer in found]
+    return [
+        np.array([q for q in layer if arm.posture.admits(posture_of(form, q))]).reshape(-1, arm.dof) for layer in found
+    ]
 
 
 def node_costs(arm: Arm, layer: Floats, skip_first: bool, weight: float = 1.0) -> Floats:
@@ -121,17 +123,11 @@ def finish_path(cell: Cell, arm: Arm, position: Floats, yaw: float, joints: Floa
     violation += float(wrist_shortfall(arm, joints))
     objective = objective_of(task, arm, path)
     form = closed_form(arm.robot)
-    postures = [] if form is None else [_signs(form, path[(job.start + job.stop) // 2]) for job in task.jobs]
+    postures = [] if form is None else [posture_of(form, path[(job.start + job.stop) // 2]) for job in task.jobs]
     signs = postures[0] if postures else None
     if signs is not None and not (arm.posture.admits(signs) and len(set(postures)) == 1):
         violation += EXCLUDED
     return LayeredPath(position, yaw, path, objective, violation, signs=signs)
-
-
-def _signs(form: ClosedForm, q: Floats) -> tuple[int, int, int]:
-    """Posture of joint values (6,); on a singular set the positive side."""
-    shoulder, elbow, wrist = (1 if sign >= 0 else -1 for sign in signs_of(form, q))
-    return shoulder, elbow, wrist
 
 
 def _cheapest(cell: Cell, arm: Arm, layers: list[Floats], costs: list[Floats]) -> Floats:
@@ -139,7 +135,7 @@ def _cheapest(cell: Cell, arm: Arm, layers: list[Floats], costs: list[Floats]) -
     jobs, form = cell.task.jobs, closed_form(arm.robot)
     ways = []
     if form is not None and len(jobs) > 1:
-        signs = [[_signs(form, q) for q in layer] for layer in layers]
+        signs = [[posture_of(form, q) for q in layer] for layer in layers]
         for posture in ALL_SIGNS:
             own = [[k for k, other in enumerate(layer) if other == posture] for layer in signs]
             if all(own):

@@ -144,11 +144,18 @@ def explain_proof(cell: Cell, arm: Arm, obstacles: tuple[Obstacle, ...]) -> tupl
     return tuple(reasons)
 
 
-def explain_general(cell: Cell, arm: Arm, paths: list[LayeredPath]) -> tuple[Reason, ...]:
-    """Reasons for an arm searched through layers of branches."""
+def explain_general(
+    cell: Cell, arm: Arm, paths: list[LayeredPath], unreached: tuple[int, ...] = ()
+) -> tuple[Reason, ...]:
+    """Reasons for an arm without a reduced problem.
+
+    Args:
+        cell: the task. arm: the arm. paths: the nearest that were found.
+        unreached: poses that were not reached even by themselves, where there are no paths.
+    """
     whole = [path for path in paths if len(path.joints)]
     if not whole:
-        unreached = min((path.unreached for path in paths), key=len, default=tuple(range(len(cell.task))))
+        unreached = unreached or tuple(range(len(cell.task)))
         return (
             Reason(
                 arm.name,

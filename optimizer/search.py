@@ -29,6 +29,7 @@ from optimizer.single_arm.basins import LEVEL, ROUNDED, distinct_optima, elsewhe
 from optimizer.single_arm.doubt import at_limit, in_doubt
 from optimizer.single_arm.parameters import PARAMETERS, THOROUGH, UnreducedParameters
 from optimizer.single_arm.passable import best_passable, with_places
+from optimizer.single_arm.reachable_poses import unreached_poses
 from optimizer.single_arm.refinement import CAREFUL_STEPS, brought_to_optimum, path_from
 from optimizer.single_arm.unreduced import search_unreduced
 from optimizer.verification.way import follow_way
@@ -288,7 +289,8 @@ def _search_general(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadl
     if search.best is None and search.optima and search.finished:
         _search_finer(cell, search, box, seed, deadline)
     if search.best is None and search.finished:
-        search.reasons = _stuck(cell, search) or explain_general(cell, search.arm, paths)
+        far = () if paths else unreached_poses(cell, search.arm, box, seed)
+        search.reasons = _stuck(cell, search) or explain_general(cell, search.arm, paths, far)
 
 
 def _search_seeds(

@@ -94,10 +94,12 @@ def check(cell: Cell, arm: Arm, point: ArmPoint) -> ArmCheck:
 
 
 def _wrong_side(arm: Arm, point: ArmPoint) -> float:
-    """How far the path goes to the other side of its posture's signs."""
+    """How far the path goes to the other side of its posture's signs; infinite in a posture that is not admitted."""
     form = closed_form(arm.robot)
     if form is None or point.signs is None:
         return 0.0
+    if not arm.posture.admits(point.signs):
+        return float(np.inf)
     return float(np.max(wrong_sides(form, point.signs, point.joints)))
 
 

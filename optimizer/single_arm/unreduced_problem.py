@@ -12,8 +12,10 @@ import numpy as np
 
 from models.arm import Arm
 from models.arrays import Bools, Floats, Ints
+from models.branches import posture_of
 from models.cell import Cell
 from models.chain_columns import ColumnChain, column_chain
+from models.closed_form import closed_form
 from models.jobs import joined, slices
 from optimizer.program import ArmPoint
 
@@ -106,8 +108,10 @@ class UnreducedProblem:
         return replace(self, rotations=rotations, positions=positions)
 
     def point(self, joints: Floats, base: Floats) -> ArmPoint:
-        """A point of the program from joints (n, m) [rad] and a base (4,)."""
-        return ArmPoint(base[:3] + self.origin, self.arm.base.yaw_in_interval(float(base[3])), joints.T.copy())
+        """A point of the program from joints (n, m) [rad] and a base (4,), in the posture of a closed form's middle."""
+        form, yaw = closed_form(self.arm.robot), self.arm.base.yaw_in_interval(float(base[3]))
+        signs = None if form is None else posture_of(form, joints[:, self.jobs[0].stop // 2])
+        return ArmPoint(base[:3] + self.origin, yaw, joints.T.copy(), signs)
 
 
 def unreduced_problem(cell: Cell, arm: Arm, box: Floats) -> UnreducedProblem:

@@ -67,12 +67,12 @@ def signed_distance(first, first_pose, second, second_pose) -> float:
     for index in order:  # the best few that are not neighbours
         if all(grid[index] @ other < 0.98 for other in starts):
             starts.append(grid[index])
-        if len(starts) == 6:
+        if len(starts) == 8:
             break
     for start in starts:
         centre, value, width = start, float(gaps(start[None])[0]), 0.08
         while width > 1e-8:
-            around = centre + width * rng.normal(size=(60, 3))
+            around = centre + width * rng.normal(size=(160, 3))
             around /= np.linalg.norm(around, axis=1, keepdims=True)
             found = gaps(around)
             k = int(np.argmax(found))

@@ -27,4 +27,8 @@ class AloneCheck:
 
     def usable(self, point: ArmPoint) -> bool:
         """True if a layout holds at the poses: task, limits, floor, surroundings."""
-        return own_lacks(self.scene, [point])[0] <= 0.0 and check(self.cell, self.arm, point).usable
+        return self.nearly(point, 0.0)
+
+    def nearly(self, point: ArmPoint, lack: float) -> bool:
+        """True if a layout keeps its task and limits at the poses, and lacks no more than so much [m] of the others."""
+        return own_lacks(self.scene, [point])[0] <= lack and check(self.cell, self.arm, point).usable

@@ -30,6 +30,8 @@ TIGHT = 0.25
 """An arm's own bound need not come nearer to its own best layout than this share of the gap."""
 ALONE = 0.75
 """Share of the budget for the arms by themselves, where pairs can do more."""
+LOWER = 1e-3
+"""Relative; what the arms do by themselves is looked at together again once one of them does so much better."""
 PAIR = 0.25
 """Boxes that a pair counts for: looking at one takes about so much of the time that bounding and testing a box does."""
 
@@ -121,6 +123,7 @@ class _Proof:
         self.known = list(known)
         self.trees = [ArmTree(scene, index, problem) for index, problem in enumerate(problems)]
         self.alone = np.zeros(len(problems))  # bounds of the arms by themselves
+        self.tried = np.full(len(problems), np.inf)  # objectives of arms by themselves that are worth another look
         self.pairs: dict[tuple[int, int], PairTree] = {}
         self.proposals = Proposals(scene, self.trees, self.known, self.began + settings.time_limit)
         if self.known:
@@ -184,7 +187,8 @@ class _Proof:
     def _work_off(self, index: int) -> bool:
         """One round of an arm's tree; False if there is no use in another one."""
         tree, others = self.trees[index], float(np.sum(self.alone) - self.alone[index])
-        if len(self.trees) == 1 and tree.alone is not None:
+        if tree.alone_objective < self.tried[index]:
+            self.tried[index] = tree.alone_objective * (1.0 - LOWER)
             self.proposals.look_alone()
         if not self.known:
             more = tree.work_off(np.inf, by_size=True)

@@ -39,7 +39,7 @@ class Proposals:
 
     Attributes:
         scene: the cell. trees: of its arms. known: layouts that are clean, best first.
-        centres: usable layout of an arm in the centre of a box, by arm and number; None where there is none.
+        centres: nearly usable layout of an arm in the centre of a box, by arm and number; None where there is none.
         tried: starts that were refined. in_vain: of these, the last ones in a row that led to nothing better.
         rng: source of chance, seeded. deadline: `time.perf_counter` value, soft.
     """
@@ -65,9 +65,7 @@ class Proposals:
         if len(layouts) < len(found) or sum(one.objective for one in layouts) >= self.objective * (1.0 - WORTH):
             return False
         points = [one.point for one in layouts]
-        if self.in_vain >= IN_VAIN or any(nearby(points, tried, BESIDE) for tried in self.tried):
-            return False
-        return self.refine(points)
+        return self.in_vain < IN_VAIN and self._nearly_clean(points) and self.refine(points)
 
     def look(self, first: Ints, second: Ints) -> bool:
         """Try some of the pairs (P,), best first; True if something better was found."""
@@ -87,11 +85,15 @@ class Proposals:
         if one is None or other is None or one.objective + other.objective >= self.objective * (1.0 - WORTH):
             return None
         points = [one.point, other.point]
+        return points if self._nearly_clean(points) else None
+
+    def _nearly_clean(self, points: Sequence[ArmPoint]) -> bool:
+        """True if refining a start may mend what it lacks, and none like it was refined already."""
         if any(nearby(points, tried, BESIDE) for tried in self.tried):
-            return None
+            return False
         if self.scene.tie_lack(points) > TIED or self.scene.floor_lack(points) > NEARLY:
-            return None
-        return points if self.scene.contact_lacks([points])[0] <= NEARLY else None
+            return False
+        return bool(self.scene.contact_lacks([points])[0] <= NEARLY)
 
     def refine(self, start: Sequence[ArmPoint]) -> bool:
         """Refine a start; True if that led to something better, which is then known."""
@@ -105,7 +107,7 @@ class Proposals:
         return better
 
     def _centre(self, arm: int, node: int) -> AloneLayout | None:
-        """The cheapest usable layout of an arm in the centre of a box."""
+        """The cheapest layout of an arm in the centre of a box that is nearly usable."""
         if (arm, node) not in self.centres:
             self.centres[arm, node] = self._turned(self.trees[arm], node)
         return self.centres[arm, node]
@@ -124,6 +126,6 @@ class Proposals:
             turned[:, 0] += TURNS[k]
             yaw = arm.base.yaw_in_interval(float(paths.yaw[0, 0]) - problem.sigma * float(TURNS[k]))
             point = ArmPoint(boxes.centre[0], yaw, turned, ALL_SIGNS[boxes.posture[0]])
-            if tree.check.usable(point):
+            if tree.check.nearly(point, NEARLY):
                 return AloneLayout(point, float(paths.objective[0, 0] + more[k]))
         return None

@@ -27,6 +27,8 @@ from optimizer.coupled.scene import world_yaw
 
 SMALL = 0.012
 """m; in boxes whose half sides are no longer, whole bodies are asked for by Coal: that takes 20 to 50 µs a pair."""
+CUTS = 4
+"""How often a cell of yaws is cut in two there."""
 AT_ONCE = 200
 """Boxes and poses at which points of the base are measured from a link together."""
 LEVEL = 1e-9
@@ -154,15 +156,26 @@ class BaseContact:
             pairs.setdefault(box, []).append(pair)
         for box, near in pairs.items():
             for cell in np.argsort(np.where(live[box], cells.cost[box], np.inf), kind="stable"):
-                if not live[box, cell]:
-                    break
-                base = self.arm.base_in_world(motion.boxes.centre[box], float(yaw[box, cell]))
-                slack, swing = motion.shift[box] + TOLERANCE, 2.0 * np.sin(0.5 * cells.half[box])
-                hit = next((k for k, pair in enumerate(near) if pair.hit(base, slack, swing)), None)
-                if hit is None:
+                if not live[box, cell] or not self._lost(motion, box, float(yaw[box, cell]), cells.half[box], near):
                     break  # the cheapest cell that is left decides
                 live[box, cell] = False
-                near.insert(0, near.pop(hit))
+
+    def _lost(self, motion: Motion, box: int, yaw: float, half: float, near: list[_Near], cut: int = 0) -> bool:
+        """True if for all yaws [rad] within ``half`` some body hits another; cut in two where that may be so."""
+        base = self.arm.base_in_world(motion.boxes.centre[box], yaw)
+        shift, swing = float(motion.shift[box]) + TOLERANCE, 2.0 * float(np.sin(0.5 * half))
+        maybe = False
+        for k, pair in enumerate(near):
+            slack = pair.slack(base) + shift
+            if slack + swing * pair.radius < 0.0:
+                near.insert(0, near.pop(k))
+                return True
+            maybe |= slack < 0.0
+        if not maybe or cut >= CUTS:
+            return False
+        return all(
+            self._lost(motion, box, yaw + side * 0.5 * half, 0.5 * half, near, cut + 1) for side in (-1.0, 1.0)
+        )
 
     def _near(
         self, motion: Motion, small: Ints, mounted: Bools, levels: dict[int, float]
@@ -190,11 +203,16 @@ class _Near:
     frame: Floats
     required: float
 
-    def hit(self, base: Floats, shift: float, swing: float) -> bool:
-        """True if the first collides on a base (4, 4) and on all those shifted by ``shift`` m and turned a little."""
+    @property
+    def radius(self) -> float:
+        """m, the largest distance of the first body from the axis that the base turns about."""
+        return axis_distance(self.solid.body)
+
+    def slack(self, base: Floats) -> float:
+        """m, what is kept beyond what is required on a base (4, 4)."""
         solid = self.solid
         found = separation(solid.body.shape, base @ solid.body.pose, solid.other.body.shape, self.frame)
-        return found.distance - self.required + shift + swing * axis_distance(solid.body) < 0.0
+        return found.distance - self.required
 
 
 def _from_segments(points: Floats, ends: Floats) -> Floats:

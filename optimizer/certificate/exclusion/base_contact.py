@@ -173,9 +173,7 @@ class BaseContact:
             maybe |= slack < 0.0
         if not maybe or cut >= CUTS:
             return False
-        return all(
-            self._lost(motion, box, yaw + side * 0.5 * half, 0.5 * half, near, cut + 1) for side in (-1.0, 1.0)
-        )
+        return all(self._lost(motion, box, yaw + side * 0.5 * half, 0.5 * half, near, cut + 1) for side in (-1.0, 1.0))
 
     def _near(
         self, motion: Motion, small: Ints, mounted: Bools, levels: dict[int, float]

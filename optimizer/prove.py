@@ -27,6 +27,9 @@ from optimizer.verify import check
 
 log = logging.getLogger(__name__)
 
+PATIENCE = 60.0
+"""s for taking over what a proof found, which takes well below one: out of the way on a busy machine."""
+
 
 def prove(
     cell: Cell,
@@ -136,7 +139,7 @@ def _no_proof(search: ArmSearch) -> str:
 def _take_over(cell: Cell, search: ArmSearch, problem: ReducedProblem, found: Incumbent) -> None:
     """Continue from a path the proof met, if the search has missed its basin."""
     start = path_from(problem, found.position, found.signs)
-    result = solve_locally(cell, search.arm, start, time.perf_counter() + 10.0)
+    result = solve_locally(cell, search.arm, start, time.perf_counter() + PATIENCE)
     search.starts += 1
     better = [
         (value, point)
@@ -144,7 +147,7 @@ def _take_over(cell: Cell, search: ArmSearch, problem: ReducedProblem, found: In
         if np.isfinite(value) and value < search.objective and check(cell, search.arm, point).usable
     ]
     best = best_passable(
-        cell, search.arm, sorted(better, key=lambda pair: pair[0]), search.objective, time.perf_counter() + 10.0
+        cell, search.arm, sorted(better, key=lambda pair: pair[0]), search.objective, time.perf_counter() + PATIENCE
     )
     if best is None:
         return

@@ -54,6 +54,9 @@ MOVED_OF_A_POSTURE = 4
 """Of them no more are of one posture while there are others."""
 SHARE = 0.5
 """Share of the time left that one local solve may take: a start that struggles must not use up the others' time."""
+SOLVE_POSE = 0.05
+"""s per pose that a solve may take all the same, which is many times what it needs: time must not decide where there is
+enough of it."""
 HALF_STEP, MOST_FINER = 0.55, 400
 """Share of a joint step that half the way to the next pose may take, and most poses of a search with the middles."""
 BOX_WORTH, BOX_GAP, NEAR = 1.0, 1e-3, 0.01
@@ -316,7 +319,8 @@ def _solve(cell: Cell, search: ArmSearch, start: ArmPoint, deadline: float) -> l
         search.finished = False
         return []
     now = time.perf_counter()
-    result = solve_locally(cell, search.arm, start, now + SHARE * (deadline - now))
+    share = max(SHARE * (deadline - now), min(SOLVE_POSE * len(cell.task), deadline - now))
+    result = solve_locally(cell, search.arm, start, now + share)
     search.starts += 1
     if result.engine_status == "Maximum_WallTime_Exceeded":
         search.finished = False

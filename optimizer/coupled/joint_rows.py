@@ -10,9 +10,9 @@ from models.branches import posture_terms
 from models.closed_form import ClosedForm, closed_form
 from optimizer.coupled.linear_rows import RowCollector
 from optimizer.coupled.scene import Scene
-from optimizer.local import NUDGE, conditioning_gradients
 from optimizer.pose_rows import BASE
 from optimizer.program import ArmPoint
+from optimizer.single_arm.conditioning_cuts import NUDGE, conditioning_gradients
 
 NEAR = 0.25
 """rad or m; what is farther from its bound gets no row."""

@@ -25,10 +25,10 @@ from models.task import Task
 
 NAME = "stations"
 STATIONS = 5
-TRIES = 400
+TRIES = 1000
 """Draws of joints for the stations of one base."""
-INSIDE = 2
-"""Stations that are to be in the box around the furniture, in most tasks."""
+INSIDE = 4
+"""At most so many stations have to be in the box around the furniture."""
 ROOM = 0.9
 """m; stations are not farther than this from the middle, in any direction."""
 
@@ -81,7 +81,7 @@ def _with_stations(rng: np.random.Generator, kind: str, bodies: tuple[Body, ...]
     arm = cell.arms[0]
     stand = np.array([*rng.uniform(-1.0, 1.0, 3), rng.uniform(-np.pi, np.pi)])
     dense, base = bodies_at(cell, stand), base_in_world(arm, stand)
-    wanted = INSIDE if rng.random() < 0.7 else 0
+    wanted = int(rng.integers(0, INSIDE + 1))
     low, high = _around(bodies)
     chosen: list[Floats] = []
     signs = rng.integers(0, 8)
@@ -134,7 +134,7 @@ def _around(bodies: tuple[Body, ...]) -> tuple[Floats, Floats]:
 
 
 def _boxes(rng: np.random.Generator) -> Furniture:
-    return [(rng.uniform(-0.8, 0.8, 3), rng.uniform(0.08, 0.45, 3)) for _ in range(rng.integers(3, 8))]
+    return [(rng.uniform(-0.8, 0.8, 3), rng.uniform(0.08, 0.45, 3)) for _ in range(rng.integers(4, 13))]
 
 
 def _shelf(rng: np.random.Generator) -> Furniture:

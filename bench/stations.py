@@ -95,9 +95,9 @@ def main(arguments: list[str] | None = None) -> int:
 
 def say(record: Record) -> str:
     """One line about a record."""
-    first = "-" if record["first"] is None else f"{record['first']:.2f}"
+    first = "-" if record["first"] is None else f"{_first(record):.2f}"
     beside = f"{record['random_cpu']:.2f} s, {record['tried']} bases" if record["random"] else "no"
-    what = f"{record['seed']:4d} {record['kind']:6} {record['word']:10} first {first} cpu {record['cpu']:.2f} s"
+    what = f"{record['seed']:4d} {record['kind']:6} {record['word']:10} first {first} s cpu {record['cpu']:.2f} s"
     return f"{what}  random {beside}  {verdict(record)}"
 
 
@@ -123,12 +123,18 @@ def summary(records: list[Record]) -> str:
         beside = [record["random"] for record in some]
         said = [verdict(record) for record in some]
         counts = [sum(word.startswith(w) for word in said) for w in ("WRONG NO", "MISSED", "UNSOUND", "ERROR")]
-        firsts = [record["first"] for record in some if record["first"] is not None]
+        firsts = [_first(record) for record in some if record["first"] is not None]
         first = float(np.median(firsts)) if firsts else None
         cpu = [float(np.median([record[name] for record in some])) for name in ("cpu", "random_cpu")]
         rows.append([kind, len(some), sum(solved), sum(beside), *counts, first, *cpu])
     head = ["kind", "tasks", "solved", "random", "wrong no", "only random", "unsound", "error"]
-    return table([*head, "first usable s, median", "CPU s, median", "random CPU s, median"], rows)
+    return table([*head, "first usable CPU s, median", "CPU s, median", "random CPU s, median"], rows)
+
+
+def _first(record: Record) -> float:
+    """CPU s until the first usable layout: the time on the clock, less what others had of the processor."""
+    share = record["cpu"] / max(record["seconds"], 1e-9)
+    return float(record["first"] * min(share, 1.0))
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from bench.acceptance_search import FOLDER, case, names, wrong
+from bench.acceptance_search import FOLDER, REFUTED, case, names, wrong
 from bench.trial import ask
 
 QUICK = (
@@ -42,6 +42,7 @@ def test_what_was_answered_wrongly_is_answered_rightly(name: str) -> None:
 
 def test_every_file_is_a_case() -> None:
     assert {name.split()[0] for name in names()} == {file.stem for file in FOLDER.glob("*.json")}
+    assert set(REFUTED) <= {name.split()[0] for name in names()}
 
 
 def test_an_objective_above_what_is_known_is_wrong() -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field, replace
-from itertools import zip_longest
 
 import numpy as np
 
@@ -22,7 +21,7 @@ from optimizer.measure import objective_of
 from optimizer.program import ArmPoint
 from optimizer.reasons import explain_general, explain_proof, explain_reach, explain_reduced
 from optimizer.reduced import ReducedProblem, evaluate_signed, reduced_problem
-from optimizer.screening import ROUNDS, Candidate, Screen, improve, mixed, on_whole_task, scored, screen
+from optimizer.screening import ROUNDS, Candidate, Screen, screen
 from optimizer.settings import CertificateSettings, Settings
 from optimizer.single_arm.base_sample import BoxFrame
 from optimizer.single_arm.basins import LEVEL, ROUNDED, distinct_optima, elsewhere
@@ -30,8 +29,9 @@ from optimizer.single_arm.doubt import at_limit, in_doubt
 from optimizer.single_arm.parameters import PARAMETERS, THOROUGH, UnreducedParameters
 from optimizer.single_arm.passable import best_passable, with_places
 from optimizer.single_arm.reachable_poses import unreached_poses
-from optimizer.single_arm.refinement import CAREFUL_STEPS, brought_to_optimum, path_from
+from optimizer.single_arm.refinement import brought_to_optimum, path_from
 from optimizer.single_arm.unreduced import search_unreduced
+from optimizer.single_arm.worth import MOVE, worth_solving
 from optimizer.verification.way import follow_way
 from optimizer.verification.words import way_faults
 from optimizer.verify import check
@@ -39,19 +39,11 @@ from optimizer.watch import tell
 
 STARTS = 8
 """Local solves of an arm with a reduced problem; twice as many where none of them ends in a usable point."""
-WORTH = 1.2
-"""Starts scored this much above the best usable one are not worth a solve: screening is precise to a few percent."""
 DEEPER = 1.05
 """A notch may be this much deeper than what is seen of it."""
 DECIDE_WORTH, DECIDE_GAP = 5.0, 1e-3
 """s, counted in boxes, and relative gap of the branch and bound that decides whether a task is possible for which no
 usable candidate was met."""
-MOVED, MOVE, MOVE_STEPS = 6, 0.25, 3
-"""Candidates that are improved on the whole task, within this share of a spacing, in so many steps."""
-STRICTER = 100.0
-"""How much dearer violations are where a conditioning is asked for and no candidate keeps it so far."""
-MOVED_OF_A_POSTURE = 4
-"""Of them no more are of one posture while there are others."""
 SHARE = 0.5
 """Share of the time left that one local solve may take: a start that struggles must not use up the others' time."""
 SOLVE_POSE = 0.05
@@ -219,7 +211,7 @@ def _solve_candidates(cell: Cell, search: ArmSearch, problem: ReducedProblem, fo
     """Solve from the candidates that can lead to something better than what is known."""
     most = STARTS if len(problem.positions) < LONG_TASK else STARTS // 2
     optima: list[tuple[float, ArmPoint]] = []
-    waiting = _worth_solving(found, problem)
+    waiting = worth_solving(found, problem)
     usable = [candidate for candidate in waiting if candidate.violation == 0.0]
     while waiting and time.perf_counter() < deadline and search.starts < most * (1 if optima else 2):
         candidate = waiting.pop(0)
@@ -252,36 +244,6 @@ def _turned(
             if paths.violation[0, 0] <= ROUNDED and paths.objective[0, 0] < (1.0 - LEVEL) * objective:
                 better += _solve(cell, search, path_from(problem, point.position, point.signs), deadline)
     return better
-
-
-def _worth_solving(found: Screen, problem: ReducedProblem) -> list[Candidate]:
-    """Candidates with a chance to be the best, improved and scored on the whole task, best first."""
-    if not found.candidates:
-        return []
-    steps = MOVE_STEPS if problem.arm.min_conditioning is None else CAREFUL_STEPS
-    radius = MOVE * found.spacing
-    candidates = found.candidates
-    if len(found.problem.positions) < len(problem.positions):
-        candidates = sorted(on_whole_task(problem, candidates), key=lambda c: scored(problem, c))
-    careful = problem.arm.min_conditioning is not None
-    chosen = mixed(candidates, MOVED, MOVED_OF_A_POSTURE if careful else MOVED)
-    rest = [candidate for candidate in candidates if careful and candidate not in chosen]
-    whole = improve(problem, chosen, found.frame, radius, steps)
-    if rest or not np.any(radius > 0.0):  # else they are scored already
-        whole = on_whole_task(problem, whole + rest)
-    if problem.arm.min_conditioning is not None and all(c.violation > 0.0 for c in whole):
-        strict = problem.stricter(STRICTER)  # whatever it costs: the rest is for the local solver
-        whole = on_whole_task(problem, improve(strict, whole, found.frame, radius, CAREFUL_STEPS))
-    usable = [c.objective for c in whole if c.violation == 0.0]
-    most = WORTH * min(usable) if usable else np.inf
-    worth = sorted((c for c in whole if scored(problem, c) <= most), key=lambda c: scored(problem, c))
-    return _by_turns([c for c in worth if c.violation == 0.0], [c for c in worth if c.violation > 0.0])
-
-
-def _by_turns(usable: list[Candidate], others: list[Candidate]) -> list[Candidate]:
-    """Both lists in order, by turns: others are cheap on paper, and could take up all starts."""
-    pairs = zip_longest(usable, others)
-    return [candidate for pair in pairs for candidate in pair if candidate is not None]
 
 
 def _search_general(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadline: float) -> None:

@@ -94,7 +94,7 @@ def remedies(
     told: list[Relaxation] = []
     hints: list[tuple[ArmPoint, ...]] = []
     arms = [element.index for element in conflict.elements if element.kind is Kind.ARM]
-    for remedy in _candidates(cell, conflict):
+    for remedy in candidates(cell, conflict):
         now = time.perf_counter()
         if len(told) == MOST_TOLD or now > end:
             break
@@ -196,7 +196,7 @@ def _solved(cell: Cell, hints: Sequence[tuple[ArmPoint, ...]], deadline: float, 
 # --- what may be changed ----------------------------------------------------------------------------------------------
 
 
-def _candidates(cell: Cell, conflict: Selection) -> Iterator[Remedy]:
+def candidates(cell: Cell, conflict: Selection) -> Iterator[Remedy]:
     """Changes of what a conflict names, the cheapest first."""
     kinds = {element.kind for element in conflict.elements}
     arms = [element.index for element in conflict.elements if element.kind is Kind.ARM]

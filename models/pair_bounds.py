@@ -40,8 +40,8 @@ class PairBounds:
     def up_to(self, frames: Floats, ends: Floats, wanted: Bools, enough: Floats) -> Floats:
         """Bounds of some pairs, for whom only distances up to ``enough`` (P,) [m] are of interest.
 
-        Arguments otherwise and result as for a call; where balls about the bodies are farther apart than that, a
-        smaller bound that is beyond it is given, which costs a fraction.
+        Arguments otherwise and result as for a call; where balls about bodies are farther from others than that, a
+        rougher bound beyond it is given, which costs a fraction.
         """
         result: Floats = np.full((len(frames), len(wanted)), np.inf)
         some = np.flatnonzero(wanted)
@@ -55,7 +55,7 @@ class PairBounds:
         return result
 
     def _between_balls(self, frames: Floats, ends: Floats, pairs: Ints) -> Floats:
-        """(K, q) m, bounds for pairs (q,) by balls about the capsules."""
+        """(K, q) m, bounds for pairs (q,) by balls about the capsules, of first bodies also beside the second's box."""
         b, (i, j) = self.bodies, (self.bodies.first[pairs], self.bodies.second[pairs])
         middles = 0.5 * (ends[:, :, 0] + ends[:, :, 1])
         away = middles[:, i] - middles[:, j]
@@ -65,6 +65,13 @@ class PairBounds:
             plane = frames[:, b.frames[j[flat]]] @ b.box_poses[j[flat]]
             heights = np.einsum("kqa,kqa->kq", middles[:, i[flat]] - plane[..., :3, 3], plane[..., :3, 2])
             gaps[:, flat] = heights - self._ball[i[flat]]
+        for boxed in np.unique(j[~b.flat[j] & ~b.rounded[j]]).tolist():
+            those = np.flatnonzero(j == boxed)
+            box = frames[:, b.frames[boxed]] @ b.box_poses[boxed]
+            beyond = np.abs((middles[:, i[those]] - box[:, None, :3, 3]) @ box[:, :3, :3]) - b.half[boxed]
+            np.maximum(beyond, 0.0, out=beyond)
+            outside = np.sqrt(np.einsum("kqa,kqa->kq", beyond, beyond))
+            gaps[:, those] = np.maximum(gaps[:, those], outside - self._ball[i[those]])
         return gaps - ROUNDING
 
     def of_pairs(self, frames: Floats, ends: Floats, k: Ints, pairs: Ints) -> Floats:

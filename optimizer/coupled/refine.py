@@ -45,6 +45,9 @@ NEARER, BEYOND = 3, 1.5
 """How often a step that ends beyond an arm's reach is made anew, and how much more than it missed is asked for."""
 CUSHION = 1e-4
 """m asked for beyond the required distance, for what the linear rows leave out."""
+PATIENCE, SETTLED = 20.0, 3
+"""A descent that would need more than so many rounds like the one before it to beat what is known is given up, though
+not in its first rounds."""
 DIPS = 5
 """How often a path that dips between its samples is sent back with more cushion."""
 FARTHER, SINGULAR = 2.0, 5e-3
@@ -82,12 +85,19 @@ def price_of(cell: Cell) -> float:
     return PRICE * cell.task.total_weight * sum(weights) / len(weights)
 
 
-def refine(scene: Scene, start: Sequence[ArmPoint], deadline: float, known: Sequence[Refined] = ()) -> Refined:
+def refine(
+    scene: Scene,
+    start: Sequence[ArmPoint],
+    deadline: float,
+    known: Sequence[Refined] = (),
+    beat: float = np.inf,
+) -> Refined:
     """Improve a layout until it is clean and locally best, or no longer gets better.
 
     Args:
         scene: the cell. start: one point per arm, each on its task. deadline: `time.perf_counter` value, soft.
-        known: layouts reached from other starts; one that the way leads to is the answer, without going all of it.
+        known: where other starts ended; one that the way leads to is the answer, without going all of it.
+        beat: E; a way that does not seem to lead to less is not gone to its end.
     """
     cushions = dict.fromkeys(PairClass, CUSHION)
     asked, cell, price = scene, scene.cell, price_of(scene.cell)
@@ -97,11 +107,13 @@ def refine(scene: Scene, start: Sequence[ArmPoint], deadline: float, known: Sequ
     for _ in range(DIPS + 1):
         seen = look(asked, Unknowns.of(cell), points, cushions)
         safe = seen if safe is None and best is None and seen.lack <= 0.0 else safe
-        here, used = _descend(asked, seen, cushions, price, deadline, known)
+        here, used = _descend(asked, seen, cushions, price, deadline, known, beat)
         rounds += used
         for other in known:
             if nearby(here.points, other.points, SAME_BASIN):
                 return other
+        if here.objective > beat:
+            break
         if here.lack > HOPELESS or (best is None and here.lack > NEARLY and price > price_of(cell)):
             if safe is None or best is not None or price >= SAFE * price_of(cell):
                 break
@@ -170,6 +182,7 @@ def _descend(
     price: float,
     deadline: float,
     known: Sequence[Refined],
+    beat: float,
 ) -> tuple[Look, int]:
     """Trust-region steps on the merit ``E + price · max(0, lack)``."""
     unknowns, radius = Unknowns.of(scene.cell), RADIUS
@@ -203,6 +216,8 @@ def _descend(
         if gained > 0.0:
             here, merit, model = there, _merit(there, price), None
         lacks.append(here.lack)
+        if round_ >= SETTLED and merit - PATIENCE * max(promised, gained) > beat:
+            return here, round_ + 1
         if promised <= WORTH * max(merit, 1e-9) or any(nearby(here.points, k.points, SAME_BASIN) for k in known):
             return here, round_ + 1
     return here, ROUNDS

@@ -275,6 +275,7 @@ def _refine_all(
 ) -> None:
     """Refine what can lead to something better than what is known, until ``idle`` starts in a row did not."""
     price, in_vain = price_of(scene.cell), 0
+    ends: list[Refined] = []
     refined_ones: list[Refined] = []
     for number, start in enumerate(starts):
         if time.perf_counter() > deadline:
@@ -286,7 +287,9 @@ def _refine_all(
             continue
         report("refining", number / len(starts))
         search.starts += 1
-        refined = refine(scene, start.points, deadline, refined_ones)
+        beat = search.best.objective if search.best is not None and idle < len(starts) else np.inf
+        refined = refine(scene, start.points, deadline, ends, beat)
+        ends.append(refined)
         status = SolveStatus.OPTIMAL if refined.clean else SolveStatus.INFEASIBLE
         objective = refined.objective if refined.clean else None
         tell(Started("", search.starts, status.value, objective, refined.rounds))

@@ -42,5 +42,7 @@ def test_what_is_near_is_bounded_as_ever_and_the_rest_from_below_but_beyond(plac
     assert np.any(near & wanted)
     assert rough[near] == pytest.approx(dense[near], abs=1e-12)
     assert np.all(np.isinf(rough[:, ~wanted]))
-    assert np.all((rough <= dense + 1e-12)[:, wanted])
-    assert np.array_equal(near, dense <= enough)
+    k, pairs = np.nonzero(~near & wanted)
+    some = rng.permutation(len(k))[:400]
+    real = np.array([model.contact(places, int(k[i]), int(pairs[i])).distance for i in some])
+    assert np.all(real >= rough[k[some], pairs[some]] - 1e-9)

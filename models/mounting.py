@@ -89,8 +89,26 @@ class Mounting:
             bases: (N, 4, 4) in the world. depth: m, of the mounting face below the origin.
             shifts: (N,) m, how far the others' origins lie from these at most; their z axes point the same way.
         """
-        entered, left = self._crossings(bases, depth, np.asarray(shifts, dtype=np.float64) + 2.0 * KEPT)
-        return np.asarray((entered <= left) & (left >= 0.0) & (entered <= ABOVE + DEPTH + KEPT))
+        swollen = np.asarray(shifts, dtype=np.float64) + 2.0 * KEPT
+        entered, left = self._crossings(bases, depth, swollen)
+        met = (entered <= left) & (left >= 0.0) & (entered <= ABOVE + DEPTH + KEPT)
+        return np.asarray(met & self._ahead(bases, depth, swollen))
+
+    def _ahead(self, bases: Floats, depth: float, moved: Floats) -> Bools:
+        """(N, B) False for bodies that no ray starting within (N,) m of these enters: it begins inside, or leaves."""
+        down = -bases[:, :3, 2]
+        start = bases[:, :3, 3] + (depth - ABOVE) * down
+        ahead: Bools = np.ones((len(bases), self._count), dtype=np.bool_)
+        if len(self._flat):
+            heights = start @ self._planes[:, :3].T + self._planes[:, 3] + moved[:, None]
+            slopes = down @ self._planes[:, :3].T
+            enters = slopes < -_PARALLEL
+            latest = np.where(enters, -heights / np.where(enters, slopes, 1.0), -np.inf)
+            ahead[:, self._flat] = np.maximum.reduceat(latest, self._first, axis=1) >= 0.0
+        for i, body in self._round:
+            local = (start - body.pose[:3, 3]) @ body.pose[:3, :3], down @ body.pose[:3, :3]
+            ahead[:, i] = _faces(body.shape, *local, moved)
+        return ahead
 
     def _crossings(self, bases: Floats, depth: float, swollen: Floats) -> tuple[Floats, Floats]:
         """(N, B) m, where the rays enter and leave the bodies, swollen by (N,) m; entered > left where they miss."""
@@ -144,6 +162,24 @@ def _through(shape: Shape, start: Floats, way: Floats, swollen: Floats) -> tuple
             return entered, left
         case _:
             raise ValueError(f"{shape!r} is not rounded")
+
+
+def _faces(shape: Shape, start: Floats, way: Floats, moved: Floats) -> Bools:
+    """(N,) False where rays (N, 3) that start within (N,) m of these do not enter a rounded shape on their way.
+
+    About an axis that is a point or a segment, the way from the nearest point of the axis to the start changes by no more
+    than the start does. A ray that goes along it leaves a convex body for good.
+    """
+    half = 0.0 if isinstance(shape, Sphere) else 0.5 * shape.length if isinstance(shape, Capsule | Cylinder) else np.inf
+    if isinstance(shape, Cylinder):
+        deep = np.maximum(np.hypot(start[:, 0], start[:, 1]) - shape.radius, np.abs(start[:, 2]) - half)
+        upright = np.einsum("ni,ni->n", way[:, :2], way[:, :2]) <= _PARALLEL
+        past = upright & (-np.sign(way[:, 2]) * start[:, 2] - half + moved < 0.0)
+        return np.asarray((deep >= -moved) & ~past)
+    off = start.copy()
+    off[:, 2] -= np.clip(off[:, 2], -half, half)
+    leaving: Bools = np.einsum("ni,ni->n", off, way) > moved
+    return ~leaving
 
 
 def _through_ball(start: Floats, way: Floats, radius: Floats) -> tuple[Floats, Floats]:

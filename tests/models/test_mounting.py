@@ -104,6 +104,14 @@ def test_what_may_carry_a_base_nearby_is_told_beforehand():
     assert excluded > 20
 
 
+@pytest.mark.parametrize("shape", [Box(np.array([0.4, 0.4, 0.6])), Cylinder(0.2, 0.6), Capsule(0.2, 0.3)])
+def test_no_base_that_starts_inside_or_beside_a_body_may_be_carried_by_it(shape):
+    mounting = Mounting([Body("body", transform(UP, [0.0, 0.0, 0.3]), shape)])
+    for x, z, possible in ((0.0, 0.1, False), (0.195, 0.1, False), (0.205, 0.1, False), (0.0, 0.61, True)):
+        base = transform(UP, [x, 0.0, z + 0.05])
+        assert mounting.possible_carriers(base[None], 0.05, np.array([0.01]))[0, 0] == possible
+
+
 def _above(body, rng):
     """A base whose mounting face, 50 mm below it, is at most 30 mm from the top of a body, seen along a random way."""
     turn = Rotation.random(rng=rng).as_matrix()

@@ -167,7 +167,7 @@ def _through(shape: Shape, start: Floats, way: Floats, swollen: Floats) -> tuple
 def _faces(shape: Shape, start: Floats, way: Floats, moved: Floats) -> Bools:
     """(N,) False where rays (N, 3) that start within (N,) m of these do not enter a rounded shape on their way.
 
-    About an axis that is a point or a segment, the way from the nearest point of the axis to the start changes by no more
+    About an axis that is a point or a segment, the way from its nearest point to the start changes by no more
     than the start does. A ray that goes along it leaves a convex body for good.
     """
     half = 0.0 if isinstance(shape, Sphere) else 0.5 * shape.length if isinstance(shape, Capsule | Cylinder) else np.inf

@@ -14,7 +14,7 @@ from models.floor import Footprint
 from models.links import LinkBody
 from models.mounting import ABOVE, DEPTH, Mounting, face_depth, lowest
 from models.pose import rotation_x, transform
-from models.shapes import Body, Box, HalfSpace
+from models.shapes import Body, Box, Capsule, Cylinder, HalfSpace
 from models.surroundings import Clearances, Equipment, Pedestal, Surroundings
 from tests.support.arms import make_arm
 from tests.support.solids import KINDS, random_shape

@@ -197,3 +197,22 @@ def test_base_far_away_is_missing_and_scored_worse_with_distance():
     away = task.position + np.array([[3.0, 0.0, 0.0], [4.0, 0.0, 0.0], [5.0, 0.0, 0.0]])
     paths = evaluate(reduced_problem(task.cell, replace(task.arm, base=region((-9, 9), (-9, 9)))), away)
     assert np.all(np.diff(paths.missing, axis=1) > 3.0)  # four poses, a metre each
+
+
+def test_a_sample_limits_its_steps_by_what_the_poses_left_out_allow():
+    task = possible("ur10e", np.random.default_rng(3), poses=40)
+    free = reduced_problem(replace(task.cell, max_joint_step=np.pi), task.arm)
+    path = evaluate(free, task.position[None])
+    k = int(np.argmin(np.where(path.violation[:, 0] == 0.0, path.objective[:, 0], np.inf)))
+    joints = path.joints[:, k, 0].T
+    largest = float(np.max(np.abs(np.diff(joints, axis=0))))
+    for step in (1.000001 * largest, 0.5 * largest):
+        problem = reduced_problem(replace(task.cell, max_joint_step=step), task.arm)
+        small = problem.sampled(8)
+        keep = [int(np.flatnonzero(np.all(problem.positions == p, axis=1))[0]) for p in small.positions]
+        allowed = np.diff(keep) * step
+        assert np.array_equal(small.gap_steps, np.where(allowed < np.pi, allowed, np.inf))
+        excess = np.max(np.abs(np.diff(joints[keep], axis=0)) - small.gap_steps[:, None])
+        sampled = evaluate(small, task.position[None])
+        assert (sampled.violation[k, 0] > 0.0) == (excess > 0.0) == (step < largest)
+    assert free.sampled(8).gap_steps is None

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from models.posture import ALL_SIGNS, Posture
+from models.task import Task
 from optimizer.box import search_box
 from optimizer.reduced import evaluate, evaluate_signed, reduced_problem
-from optimizer.screening import distinct, improve, scored, screen
+from optimizer.screening import Candidate, distinct, improve, mixed, on_whole_task, scored, screen
 from tests.support.arms import region
 from tests.support.tasks import possible
 
@@ -109,3 +110,24 @@ def test_order_of_signs_is_that_of_the_branches():
         paths = evaluate(problem, candidate.position[None])
         k = ALL_SIGNS.index(candidate.signs)
         assert paths.objective[k, 0] == pytest.approx(candidate.objective, rel=1e-9)
+
+
+def test_no_posture_takes_more_than_its_share_while_there_are_others():
+    one, other = (1, 1, 1), (1, 1, -1)
+    candidates = [Candidate(np.zeros(3), signs, float(k), 0.0) for k, signs in enumerate([one] * 4 + [other] * 2)]
+    assert [c.objective for c in mixed(candidates, 4, 2)] == [0.0, 1.0, 4.0, 5.0]
+    assert [c.objective for c in mixed(candidates, 5, 2)] == [0.0, 1.0, 4.0, 5.0, 2.0]
+    assert mixed(candidates[:4], 3, 2) == candidates[:3]
+
+
+def test_of_a_dwelling_task_the_best_of_many_bases_on_all_poses_is_bettered():
+    """A sample of the poses says little about a task that stays in one place for most of its time."""
+    task = possible("ur10e", np.random.default_rng(4), half=(0.4, 0.4, 0.0, np.pi))
+    stays = Task(np.repeat(task.cell.task.poses, [1] * (len(task.cell.task) - 1) + [150], axis=0))
+    problem, box = reduced_problem(replace(task.cell, task=stays), task.arm), search_box(task.cell, task.arm)
+    found = screen(problem, box, 0)
+    assert len(found.problem.positions) < len(problem.positions)
+    best = min(c.objective for c in on_whole_task(problem, found.candidates) if c.violation == 0.0)
+    points = box[:, 0] + (box[:, 1] - box[:, 0]) * np.random.default_rng(0).random((60, 3))
+    paths = evaluate(problem, points)
+    assert best <= np.min(np.where(paths.violation == 0.0, paths.objective, np.inf))

@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from bench.random_arms.draw import draw
+from models.task import Task
 from optimizer.box import search_box
 from optimizer.reduced import evaluate_signed, reduced_problem
 from optimizer.screening import screen
 from optimizer.single_arm.worth import MOVED, USABLE_TOO, WORTH, worth_solving
-
-
-def screened(kind, seed):
-    cell = draw(kind, seed)
-    problem = reduced_problem(cell, cell.arms[0])
-    return problem, screen(problem, search_box(cell, cell.arms[0]), 0)
+from tests.support.tasks import possible
 
 
 def test_a_usable_candidate_is_solved_from_where_the_cheapest_are_not_usable():
     """Six places with a joint step that is too long are cheaper than the one with the best base."""
-    problem, found = screened("random", 199)
+    cell = draw("random", 199)
+    problem = reduced_problem(cell, cell.arms[0])
+    found = screen(problem, search_box(cell, cell.arms[0]), 0)
     assert all(candidate.violation > 0.0 for candidate in found.candidates[:MOVED])
     worth = worth_solving(found, problem)
     assert worth[0].violation == 0.0
@@ -28,7 +28,10 @@ def test_a_usable_candidate_is_solved_from_where_the_cheapest_are_not_usable():
 
 
 def test_candidates_are_scored_on_the_whole_task_and_none_is_much_dearer_than_the_best():
-    problem, found = screened("dwell", 200)
+    task = possible("ur10e", np.random.default_rng(4), half=(0.4, 0.4, 0.0, np.pi))
+    stays = Task(np.repeat(task.cell.task.poses, [1] * (len(task.cell.task) - 1) + [150], axis=0))
+    problem = reduced_problem(replace(task.cell, task=stays), task.arm)
+    found = screen(problem, search_box(task.cell, task.arm), 0)
     assert len(found.problem.positions) < len(problem.positions)
     worth = worth_solving(found, problem)
     usable = [candidate for candidate in worth if candidate.violation == 0.0]

@@ -20,6 +20,7 @@ from optimizer.coupled.linear_rows import LinearRows
 from optimizer.coupled.look import Look, look
 from optimizer.coupled.manifold import Unknowns, move
 from optimizer.coupled.quadratic import Quadratic, quadratic
+from optimizer.coupled.samples import sample_path
 from optimizer.coupled.scene import LIMITS, Scene
 from optimizer.coupled.sqp.step import Step, best_step
 from optimizer.events import Iterated
@@ -130,7 +131,12 @@ def refine(
             for found in best.clearance.classes:
                 if not found.clear:
                     cushions[found.kind] += 1.2 * (found.required - found.distance) + CUSHION
-            asked = _with_worst_limit(_away_from_singularities(asked, best.clearance, points), best.clearance)
+            asked = _with_worst_limit(asked, best.clearance)
+            followed = _with_breaks(asked, best.clearance, start)
+            if followed is not None:
+                asked, points = followed, tuple(start)
+            else:
+                asked = _away_from_singularities(asked, best.clearance, points)
         price *= DEARER
     return best or Refined(here.points, here.objective, here.lack, False, None, rounds)
 
@@ -161,6 +167,19 @@ def _with_worst_limit(scene: Scene, clearance: PathClearance) -> Scene:
     if worst.amount <= LIMITS or not 0.0 < worst.fraction < 1.0:
         return scene
     return replace(scene, between=(*scene.between, (worst.pose, worst.fraction)))
+
+
+def _with_breaks(scene: Scene, clearance: PathClearance, start: Sequence[ArmPoint]) -> Scene | None:
+    """The scene with the places at which an arm lost its way for more samples; None where it loses it from the start.
+
+    Beyond the end of reach there is no slope to go back by: the way down is gone once more, with these places in view.
+    """
+    new = {(one.pose, one.fraction) for one in clearance.breaks if 0.0 < one.fraction < 1.0} - set(scene.between)
+    if not new:
+        return None
+    closer = replace(scene, between=(*scene.between, *sorted(new)))
+    samples = sample_path(scene.cell, scene.path, scene.bases(start), start, closer.between)
+    return closer if samples.followed else None
 
 
 def nearby(points: Sequence[ArmPoint], others: Sequence[ArmPoint], distance: float) -> bool:
@@ -204,6 +223,9 @@ def _descend(
             radius *= 0.3
             continue
         there = look(scene, unknowns, moved, cushions)
+        if here.followed and not there.followed:
+            radius *= 0.3
+            continue
         gained = merit - _merit(there, price)
         if gained < POOR * promised and there.lack > max(here.lack, 0.0):
             bent = _bent(scene, here, there, model, step, bounds, cushions, price)

@@ -33,7 +33,7 @@ from optimizer.watch import tell
 
 DENSITIES = (0.15, 1.0, 4.0)
 """Samples of each round, relative to `candidates.layouts.POSITIONS`: the first is to find a usable layout early, the
-last is for cells in which the second finds none."""
+last is for cells in which the second finds none, and takes only what can be followed between the poses."""
 CLEAN, OTHERS = 10, 6
 """Starts of a round that keep everything at the poses, and others."""
 TRIED = 6
@@ -162,9 +162,10 @@ def _search_reduced(
     followed = Followed.of(scene, problems)
     for round_, density in enumerate(DENSITIES):
         report("sampling layouts", round_ / len(DENSITIES))
-        layouts, tried = sample_layouts(followed, density, settings.seed + round_)
+        closely = round_ == len(DENSITIES) - 1
+        layouts, tried = sample_layouts(followed, density, settings.seed + round_, closely=closely)
         search.candidates += tried
-        if round_ > 0 and scene.model is None and scene.cell.surroundings.floor is None:
+        if round_ > 0 and not closely and scene.model is None and scene.cell.surroundings.floor is None:
             layouts = polished(followed, layouts)
         starts = starts_of(followed, layouts, CLEAN, OTHERS)
         if not search.found:
@@ -323,9 +324,12 @@ def _keep(search: CoupledSearch, refined: Refined) -> bool:
         return False
     if search.whole:
         layout_found(refined.points, refined.objective)
-    for other in search.found:
+    for number, other in enumerate(search.found):
         if _same(refined, other):
-            search.hits += other is search.found[0]
+            search.hits += number == 0
+            if refined.objective < other.objective:
+                search.found[number] = refined
+                search.found.sort(key=lambda one: one.objective)
             return True
     search.found.append(refined)
     search.found.sort(key=lambda one: one.objective)

@@ -20,13 +20,16 @@ WANTED = 48
 """Layouts that lack nothing after which no more are looked for."""
 
 
-def sample_layouts(followed: Followed, density: float, seed: int, worth: float = WORTH) -> tuple[Layouts, int]:
+def sample_layouts(
+    followed: Followed, density: float, seed: int, worth: float = WORTH, closely: bool = False
+) -> tuple[Layouts, int]:
     """Layouts that do not surely lack anything, those without any shortfall first; and how many placements were tried.
 
     Args:
         followed: the cell.
         density: how many times `POSITIONS`. seed: of the samples.
         worth: once a clean layout is known, what costs so many times as much is left out.
+        closely: take only placements that their arm can follow all the way between the poses.
     """
     scene, problems = followed.scene, followed.problems
     boxes = boxes_of(followed)
@@ -36,7 +39,7 @@ def sample_layouts(followed: Followed, density: float, seed: int, worth: float =
     arms: list[ArmCandidates] = []
     layouts: Layouts | None = None
     for index, (problem, own) in enumerate(zip(problems, samples, strict=True)):
-        tests = PlacementFilter(scene, index, problem.problem)
+        tests = PlacementFilter(scene, index, problem.problem, closely)
         arms.append(ArmCandidates(problem, placements_at(problem, own), tests))
         ties = LooseTies.of(scene.cell.couplings, problems[: index + 1], unknowns, spacing)
         if layouts is None:

@@ -11,6 +11,7 @@ from optimizer.coupled.candidates.contacts import SomePairs
 from optimizer.coupled.candidates.placements import Placements, well_conditioned
 from optimizer.coupled.scene import Scene, world_yaw
 from optimizer.reduced import ReducedProblem
+from optimizer.verification.way import follow_way
 from optimizer.watch import check_stop
 
 FORGIVEN = 0.02
@@ -22,12 +23,14 @@ AT_ONCE = 2_000
 class PlacementFilter:
     """What one arm lacks by itself, whatever the others do."""
 
-    def __init__(self, scene: Scene, index: int, problem: ReducedProblem) -> None:
+    def __init__(self, scene: Scene, index: int, problem: ReducedProblem, closely: bool = False) -> None:
         """Get ready.
 
         Args:
             scene: of the cell. index: of the arm. problem: its reduced problem, on the poses of the scene's task.
+            closely: follow every placement that lacks little between the poses too.
         """
+        self._closely = closely
         self._scene, self._index, self._problem = scene, index, problem
         self._pairs: SomePairs | None = None
         if scene.model is not None:
@@ -45,6 +48,11 @@ class PlacementFilter:
         if self._pairs is not None:
             left = np.flatnonzero(lacks <= FORGIVEN)
             lacks[left] = np.maximum(lacks[left], self._contact_lacks(self._pairs, placements.take(left)))
+        if self._closely:
+            for row in np.flatnonzero(lacks <= FORGIVEN).tolist():
+                check_stop()
+                if not follow_way(self._scene.cell, self._problem.arm, placements.point(row)).free:
+                    lacks[row] = np.inf
         return lacks
 
     def floor_lacks(self, placements: Placements) -> Floats:

@@ -26,8 +26,8 @@ from models.screws import conditioning_of
 from models.shapes import Body, Box
 from optimizer.coupled.scene import Scene
 from optimizer.findings import Explanation
+from optimizer.infeasibility.changes import Remedy, candidates
 from optimizer.infeasibility.explain import explain
-from optimizer.infeasibility.remedies import Remedy, candidates
 from optimizer.optimize import optimize
 from optimizer.program import ArmPoint
 from optimizer.settings import Settings

@@ -13,7 +13,7 @@ from optimizer.infeasibility.arm_conflict import arm_conflict
 from optimizer.infeasibility.cause import Infeasibility
 from optimizer.infeasibility.immediate import immediate_infeasibility
 from optimizer.infeasibility.pair_conflict import PairConflict, pair_conflict
-from optimizer.infeasibility.remedies import remedies
+from optimizer.infeasibility.remedies import combined_remedy, remedies
 from optimizer.layout import Layout
 from optimizer.program import ArmPoint
 from optimizer.why_not.elements import Element, Kind, Selection
@@ -21,6 +21,8 @@ from optimizer.why_not.explain import explain as explain_by_search
 
 LEAST_TIME, TIMES = 10.0, 2.0
 """s that an explanation may take, or so many times what the search took if that is more."""
+SINGLE = 0.7
+"""Of what is then left, for changes of one thing; where none helps, the rest is for two together."""
 SHARE = 0.5
 """Of that time for what blocks; the rest is for what helps."""
 
@@ -50,7 +52,11 @@ def explain(cell: Cell, layout: Layout, seed: int, deadline: float) -> Explanati
             # That the set leaves no layout was searched, not proved: what is not named may block as well.
             return replace(found, irreducible=False) if isinstance(found, Explanation) else found
         conflict, irreducible = proved.selection, proved.irreducible
-    return Explanation(conflict.words(cell), irreducible, remedies(cell, conflict, end, seed, _possible(causes)))
+    told = remedies(cell, conflict, time.perf_counter() + SINGLE * (end - time.perf_counter()), seed, _possible(causes))
+    if not told:
+        both = combined_remedy(cell, conflict, end, seed)
+        told = () if both is None else (both,)
+    return Explanation(conflict.words(cell), irreducible, told)
 
 
 def _possible(causes: Sequence[Infeasibility]) -> dict[str, float]:

@@ -1,8 +1,8 @@
 """One local solve of one arm, with rows added only where the answer needs them.
 
 Joint steps and conditioning are rarely active, and their rows are many; so the program is solved without them, the
-answer is looked at, and they are added where it breaks them. So is the distance that the wrist has to keep from its
-singularity: bounds a little inside the side of the wrist, from where the program without them ended.
+answer is looked at, and they are added where it breaks them. So are the distances to be kept from singularities: bounds
+a little inside the sides of shoulder, elbow and wrist, from where the program without them ended.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ import numpy as np
 
 from models.arm import Arm
 from models.cell import Cell
+from models.closed_form import closed_form
+from models.singular_margins import spare_terms
 from models.wrist_singularity import wrist_shortfall
 from optimizer.measure import largest_step
 from optimizer.pose_rows import BASE
@@ -35,25 +37,41 @@ def solve_locally(cell: Cell, arm: Arm, start: ArmPoint, deadline: float) -> Sol
         The last solve; whether its point is usable is for `optimizer.verify` to say.
     """
     result = _solve_rows(cell, replace(arm, avoid_singularities=False), start, deadline)
-    if result.status.has_point and wrist_shortfall(arm, result.points[0].joints.T) > 0.0:
-        return _solve_rows(cell, arm, result.points[0], deadline)
+    if not result.status.has_point:
+        return result
+    point = result.points[0]
+    if _touches(cell, arm, point):
+        clear = _solve_rows(cell, arm, point, deadline, clear=True)
+        if clear.status.has_point:
+            return clear
+    if wrist_shortfall(arm, point.joints.T) > 0.0:
+        return _solve_rows(cell, arm, point, deadline)
     return result
 
 
-def _solve_rows(cell: Cell, arm: Arm, start: ArmPoint, deadline: float) -> Solve:
+def _touches(cell: Cell, arm: Arm, point: ArmPoint) -> bool:
+    """Whether a pose on a way is too near a singularity to be left or reached."""
+    form = closed_form(arm.robot)
+    if form is None or point.signs is None:
+        return False
+    return bool(np.any(spare_terms(arm, form, point.joints[cell.task.on_ways]) < 0.0))
+
+
+def _solve_rows(cell: Cell, arm: Arm, start: ArmPoint, deadline: float, *, clear: bool = False) -> Solve:
     """Solve without rows of steps and conditioning, then with those that the answer breaks."""
     keep = start.signs is not None
-    result = _solve(cell, arm, start, deadline, keep_shoulder=keep)
+    result = _solve(cell, arm, start, deadline, keep_shoulder=keep, clear=clear)
     steps = False
     if result.status.has_point and largest_step(cell.task, result.points[0].joints) > cell.max_joint_step:
         steps = True
-        result = _solve(cell, arm, start, deadline, keep_shoulder=keep, steps=True)
+        result = _solve(cell, arm, start, deadline, keep_shoulder=keep, clear=clear, steps=True)
     if result.status.has_point and arm.min_conditioning is not None:
         values, _ = conditioning_gradients(arm, result.points[0].joints)
         if np.min(values) < arm.min_conditioning:
 
             def solve(point: ArmPoint, cuts: Cuts, radius: float) -> Solve:
-                return _solve(cell, arm, point, deadline, keep_shoulder=keep, steps=steps, cuts=cuts, radius=radius)
+                rows = {"keep_shoulder": keep, "clear": clear, "steps": steps}
+                return _solve(cell, arm, point, deadline, **rows, cuts=cuts, radius=radius)
 
             held = keep_conditioning(solve, arm, start, deadline)
             return held or keep_conditioning(solve, arm, start, deadline, TRUST) or result
@@ -67,13 +85,13 @@ def _solve(
     deadline: float,
     *,
     keep_shoulder: bool,
+    clear: bool,
     steps: bool = False,
     cuts: Cuts | None = None,
     radius: float = np.inf,
 ) -> Solve:
-    program = build_program(
-        cell, [arm], [start], keep_shoulder=keep_shoulder, steps=steps, cuts=None if cuts is None else [cuts]
-    )
+    rows = None if cuts is None else [cuts]
+    program = build_program(cell, [arm], [start], keep_shoulder=keep_shoulder, steps=steps, clear=clear, cuts=rows)
     if np.isfinite(radius):
         reach = np.full(len(program.lower), radius)
         reach[:BASE] = np.inf

@@ -15,10 +15,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.arm import SINGULAR_WRIST, Arm
+from models.arm import Arm
 from models.arrays import Floats
 from models.cell import Cell
 from models.closed_form import closed_form
+from models.singular_margins import SPARE, Margins, margins_along, margins_at_poses
 from optimizer.pose_rows import BASE, target_numbers
 from optimizer.structure import Structure, structure_of
 
@@ -111,6 +112,7 @@ def build_program(
     *,
     keep_shoulder: bool = False,
     steps: bool = False,
+    clear: bool = False,
     cuts: Sequence[Cuts] | None = None,
 ) -> Program:
     """State the program for some arms of a cell.
@@ -121,6 +123,7 @@ def build_program(
         points: one per arm; gives the posture to be kept and the turns of elbow and wrist it lies in.
         keep_shoulder: add the row that keeps the shoulder's side (a bound cannot express it).
         steps: add the rows of the joint steps.
+        clear: keep shoulder, elbow and wrist as far from their singularities as ways between the poses need it.
         cuts: one set of conditioning cuts per arm.
 
     Returns:
@@ -130,7 +133,7 @@ def build_program(
     mounts = tuple(tuple(float(x) for x in arm.mount.ravel()) for arm in arms)
     structure = structure_of(tuple(arm.robot for arm in arms), mounts, poses, keep_shoulder, steps, cuts is not None)
     scale = float(np.mean([arm.weight_scale for arm in arms])) * cell.task.weight_scale
-    parts = [_arm_numbers(cell, arm, point, structure, scale) for arm, point in zip(arms, points, strict=True)]
+    parts = [_arm_numbers(cell, arm, point, structure, scale, clear) for arm, point in zip(arms, points, strict=True)]
     numbers = [part.parameters for part in parts]
     rows_lower, rows_upper = [], []
     for index, part in enumerate(parts):
@@ -166,11 +169,12 @@ class _ArmNumbers:
     rows_upper: Floats
 
 
-def _arm_numbers(cell: Cell, arm: Arm, point: ArmPoint, structure: Structure, scale: float) -> _ArmNumbers:
+def _arm_numbers(cell: Cell, arm: Arm, point: ArmPoint, structure: Structure, scale: float, clear: bool) -> _ArmNumbers:
     """Parameters, bounds and row bounds of one arm."""
     poses = structure.poses
     jobs = cell.task.jobs
-    sides = [joint_bounds(arm, replace(point, joints=point.joints[job])) for job in jobs]
+    margins = margins_along(arm, SPARE) if clear else margins_at_poses(arm)
+    sides = [joint_bounds(arm, replace(point, joints=point.joints[job]), margins) for job in jobs]
     lengths = [job.stop - job.start for job in jobs]
     low, high = (np.repeat([side[end] for side in sides], lengths, axis=0).ravel() for end in (0, 1))
     base = arm.base.bounds.copy()
@@ -178,8 +182,8 @@ def _arm_numbers(cell: Cell, arm: Arm, point: ArmPoint, structure: Structure, sc
         base[3] = -np.inf, np.inf  # the reported yaw is brought back into the interval afterwards
     rows_low, rows_high = np.zeros((poses, structure.pose_rows)), np.zeros((poses, structure.pose_rows))
     if structure.keep_shoulder and point.signs is not None:
-        rows_low[:, 6] = 0.0 if point.signs[0] > 0 else -np.inf
-        rows_high[:, 6] = np.inf if point.signs[0] > 0 else 0.0
+        rows_low[:, 6] = margins.shoulder if point.signs[0] > 0 else -np.inf
+        rows_high[:, 6] = np.inf if point.signs[0] > 0 else -margins.shoulder
     return _ArmNumbers(
         parameters=np.concatenate(
             [target_numbers(cell.flange_targets(arm)).T.ravel(), arm.weights / scale, arm.reference, cell.task.weights]
@@ -191,12 +195,12 @@ def _arm_numbers(cell: Cell, arm: Arm, point: ArmPoint, structure: Structure, sc
     )
 
 
-def joint_bounds(arm: Arm, point: ArmPoint) -> tuple[Floats, Floats]:
+def joint_bounds(arm: Arm, point: ArmPoint, margins: Margins | None = None) -> tuple[Floats, Floats]:
     """Limits in force, narrowed so that elbow and wrist keep their side; both (n,) rad.
 
-    A side of the elbow is half a turn of joint 3, a side of the wrist half a turn of joint 5, less what the wrist has
-    to keep from its singularity at either end; which half turn is the one the start lies in. ``point`` is a path of one
-    job: others may be on other turns.
+    A side of the elbow is half a turn of joint 3, a side of the wrist half a turn of joint 5, less the ``margins`` to
+    their singularities at either end (default: those of poses); which half turn is the one the start lies in. ``point``
+    is a path of one job: others may be on other turns.
     """
     low, high = arm.lower.copy(), arm.upper.copy()
     form = closed_form(arm.robot)
@@ -206,8 +210,9 @@ def joint_bounds(arm: Arm, point: ArmPoint) -> tuple[Floats, Floats]:
     bend = -shoulder * elbow  # sign of the turn from upper arm to forearm
     turn = form.turns[2] * bend
     straight = -form.turns[2] * form.planar.elbow_angle
-    away = SINGULAR_WRIST if arm.avoid_singularities else 0.0
-    for joint, zero, side, inside in ((2, straight, turn, 0.0), (4, form.wrist_zero, float(wrist), away)):
+    margins = margins or margins_at_poses(arm)
+    sides = (2, straight, turn, margins.elbow), (4, form.wrist_zero, float(wrist), margins.wrist)
+    for joint, zero, side, inside in sides:
         mean = float(np.mean(point.joints[:, joint]))
         start = zero + (np.pi * (side - 1.0) / 2.0)
         start += 2.0 * np.pi * np.round((mean - (start + np.pi / 2.0)) / (2.0 * np.pi))

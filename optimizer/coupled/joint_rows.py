@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arm import SINGULAR_WRIST, Arm
+from models.arm import Arm
 from models.arrays import Floats, Ints
 from models.branches import posture_terms
 from models.closed_form import ClosedForm, closed_form
+from models.singular_margins import ELBOW, SHOULDER, SPARE, margins_along
 from optimizer.coupled.linear_rows import RowCollector
 from optimizer.coupled.scene import Scene
 from optimizer.pose_rows import BASE
@@ -18,8 +19,10 @@ NEAR = 0.25
 """rad or m; what is farther from its bound gets no row."""
 INSIDE = 1e-7
 """rad or m kept to bounds, for what the linear rows leave out."""
-LEFT, REACH = 0.1, 1e-7
-"""Share of the way to the end of reach that a step leaves; m² and 1, squares of front and elbow's sine that remain."""
+LEFT = 0.1
+"""Share of the way to the end of reach that a step leaves."""
+REACH = np.square([SPARE * SHOULDER, SPARE * ELBOW])
+"""m² and 1, squares of front and elbow's sine that remain."""
 DIFFERENCE = 1e-6
 """rad, of the differences of the posture's terms."""
 SINGULAR = 10.0
@@ -33,7 +36,7 @@ def add_joint_rows(rows: RowCollector, scene: Scene, index: int, point: ArmPoint
     _add_steps(rows, scene, index, point)
     form = closed_form(arm.robot)
     if form is not None and point.signs is not None:
-        _add_posture(rows, scene, index, form, point.signs, SINGULAR_WRIST if arm.avoid_singularities else 0.0)
+        _add_posture(rows, scene, index, form, point.signs, margins_along(arm, SPARE).wrist)
     if arm.min_conditioning is not None:
         _add_conditioning(rows, scene, index, arm)
 
@@ -82,7 +85,7 @@ def _add_posture(
     t, k = np.nonzero(values[:2] < NEAR)
     size = np.abs(values[t, k])
     spare = values[t, k] * size
-    left = REACH + LEFT * np.maximum(spare - REACH, 0.0)
+    left = REACH[t] + LEFT * np.maximum(spare - REACH[t], 0.0)
     _add(rows, scene, index, k, 2.0 * size[:, None] * slopes[t, k], spare, left)
 
 

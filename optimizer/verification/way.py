@@ -5,8 +5,9 @@ every step is looked at, and steps are halved again where something may happen b
 
 - a joint travels far, or might leave its limits. A joint's way is bounded from its chord and from how far its middle
   sags off it, as in `optimizer.stretches`;
-- the end of reach may be met. Where W stands in front of axis 1 (squared) and the cosine of the elbow are smooth
-  functions of the place, also where the joints are not; they must keep off 0 and ±1 by half their sag.
+- a singularity may be touched, the end of reach among them. Where W stands in front of axis 1 (squared) and the cosines
+  of elbow and wrist are smooth functions of the place, also where the joints are not. They keep a margin
+  (`models.singular_margins`); where half their sag may use up what is left of it, however little, it is looked at.
 
 A joint that still travels far on a part of 2^-20 of a step jumps there: the way passes a singularity. (Where that is
 allowed, the wrist may turn in place.) Arms with a
@@ -24,10 +25,11 @@ import numpy as np
 
 from models.arm import SINGULAR_WRIST, TURN, Arm
 from models.arrays import Bools, Floats, Ints
-from models.branches import posture_terms, solve_signed
+from models.branches import solve_signed
 from models.cell import Cell
 from models.closed_form import ClosedForm, closed_form
 from models.pose import inverse
+from models.singular_margins import spare_terms
 from models.task import Task
 from models.wrist_singularity import wrist_distance
 from optimizer.clearance import Break, LimitExcess
@@ -118,10 +120,15 @@ def follow_way(cell: Cell, arm: Arm, point: ArmPoint, resolution: Resolution | N
     path, form = _object_path(cell.task), closed_form(arm.robot)
     grasps, tool = cell.grasps(arm), inverse(arm.tool)
     follower = _follower(arm, point)
-    step = np.flatnonzero(cell.task.joined)
-    zero, joints = np.zeros(len(step)), point.joints
+    joints, joined = point.joints, cell.task.joined
+    touching = np.zeros(0, dtype=np.int64) if form is None else _touching(arm, form, cell.task, joints)
+    step = np.setdiff1d(np.flatnonzero(joined), [touching - 1, touching])
+    zero = np.zeros(len(step))
     open_ = _Stretches(step, zero, zero + 1.0, joints[step], joints[step + 1])
-    breaks: list[Break] = []
+    breaks = [
+        Break(arm.name, k, 0.0) if np.any(joined[k : k + 1]) else Break(arm.name, k - 1, 1.0)
+        for k in map(int, touching)
+    ]
     beyond: dict[int, LimitExcess] = {}
     samples = len(joints)
     for level in range(LEVELS + 1):
@@ -132,16 +139,17 @@ def follow_way(cell: Cell, arm: Arm, point: ArmPoint, resolution: Resolution | N
         sag, far = _travel(open_, found)
         if level == LEVELS:
             arrived &= ~far | _turns_in_place(arm, found)
+        if form is not None:
+            arrived &= np.all(spare_terms(arm, form, found) >= 0.0, axis=-1)
         if not np.all(arrived):
             lost = open_[~arrived]
             breaks += [Break(arm.name, int(s), float(f)) for s, f in zip(lost.step, lost.middle, strict=True)]
             open_, found, sag, far = open_[arrived], found[arrived], sag[arrived], far[arrived]
         _note(beyond, arm, open_, found)
         halves = open_.halves(found)
-        close = _may_leave_limits(arm, halves, sag)
+        close = _may_leave_limits(arm, halves, sag) & np.tile(_long(path, open_, resolution), 2)
         if form is not None:
-            close |= _may_leave_reach(form, open_, found)
-        close &= np.tile(_long(path, open_, resolution), 2)
+            close |= _may_touch(spare_terms(arm, form, np.stack([open_.before, found, open_.after])))
         open_ = halves[close | np.tile(far, 2)]
     return Way(tuple(breaks), tuple(beyond[i] for i in sorted(beyond)), samples)
 
@@ -240,20 +248,17 @@ def _may_leave_limits(arm: Arm, halves: _Stretches, sag: Floats) -> Bools:
     return unsure
 
 
-def _may_leave_reach(form: ClosedForm, at: _Stretches, joints: Floats) -> Bools:
-    """(2 I,) True where the end of reach may be met on a half."""
-    known = np.stack([at.before, joints, at.after])
-    front, _, _ = posture_terms(form, np.moveaxis(known, -1, 0), np.sin, np.cos)
-    cosine = np.cos(form.planar.elbow_angle + form.turns[2] * known[..., 2])
-    square = front**2
-    bowed, sagging = (0.5 * SAFETY * np.abs(x[1] - 0.5 * (x[0] + x[2])) for x in (square, cosine))
-    doubtful = (
-        np.minimum(square[::2], square[1]) <= bowed,
-        np.minimum(cosine[::2], cosine[1]) - sagging <= -1.0,
-        np.maximum(cosine[::2], cosine[1]) + sagging >= 1.0,
-    )
-    met: Bools = np.logical_or.reduce(doubtful).ravel()
-    return met
+def _touching(arm: Arm, form: ClosedForm, task: Task, joints: Floats) -> Ints:
+    """The poses on ways that are too near a singularity."""
+    return np.flatnonzero(task.on_ways & np.any(spare_terms(arm, form, joints) < 0.0, axis=-1))
+
+
+def _may_touch(spares: Floats) -> Bools:
+    """(2 I,) True where a singularity may be too near on a half, from what is spare (3, I, k) at three places."""
+    before, middle, after = spares
+    bowed = 0.5 * SAFETY * np.abs(middle - 0.5 * (before + after))
+    doubtful: Bools = np.any(np.concatenate([np.minimum(end, middle) <= bowed for end in (before, after)]), axis=-1)
+    return doubtful
 
 
 def _long(path: ObjectPath, at: _Stretches, resolution: Resolution) -> Bools:

@@ -17,8 +17,8 @@ def way_faults(breaks: tuple[Break, ...], beyond: tuple[LimitExcess, ...]) -> tu
             "joint_step",
             poses_at(one.pose, one.fraction),
             f"{one.arm}: cannot follow the part {between(one.pose, one.fraction)}: the straight way leaves its "
-            f"reach or passes a singularity; add a pose between {one.pose} and {one.pose + 1}, or move "
-            "or turn the task",
+            f"reach, or touches a singularity of shoulder, elbow or wrist; add a pose between "
+            f"{one.pose} and {one.pose + 1}, or move or turn the task",
         )
         for one in reversed(lost.values())
     ]

@@ -38,9 +38,9 @@ def built(monkeypatch):
     kinds: list[tuple[bool, bool, bool]] = []
     original = local.build_program
 
-    def spy(cell, arms, points, *, keep_shoulder=False, steps=False, cuts=None):
+    def spy(cell, arms, points, *, keep_shoulder=False, steps=False, clear=False, cuts=None):
         kinds.append((keep_shoulder, steps, cuts is not None))
-        return original(cell, arms, points, keep_shoulder=keep_shoulder, steps=steps, cuts=cuts)
+        return original(cell, arms, points, keep_shoulder=keep_shoulder, steps=steps, clear=clear, cuts=cuts)
 
     monkeypatch.setattr(local, "build_program", spy)
     return kinds

@@ -7,15 +7,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.branches import signs_of
+from models import catalogue
+from models.arm import Arm
+from models.branches import signs_of, solve_signed
+from models.cell import Cell
+from models.chain import chain_of
 from models.closed_form import closed_form
 from models.kinematics import flange_poses
-from models.pose import inverse
+from models.pose import inverse, rotation_about, transform
 from models.task import Task
 from optimizer.path_samples import ObjectPath, follow, keep_inside
 from optimizer.program import ArmPoint
 from optimizer.verification.way import follow_way
 from optimizer.verification.words import way_faults
+from tests.support.arms import make_arm
 from tests.support.tasks import Possible, possible
 
 
@@ -112,3 +117,51 @@ def test_a_redundant_arm_gives_way_to_a_limit_between_its_poses():
     assert arrived[0]
     assert inside[joint] == upper[joint]
     np.testing.assert_allclose(base @ flange_poses(arm.robot, inside[None])[0], flange[0], atol=1e-7)
+
+
+def past_stretched(elbow: float, outwards: float = 0.0) -> tuple[Cell, Arm, ArmPoint]:
+    """A PUMA whose hand turns about a point in front of its shoulder, which stretches the elbow most at 3/7 of the way:
+    all but ``elbow`` rad; then all of the way is moved ``outwards`` m.
+    """
+    robot = catalogue.robot("puma560")
+    form, chain = closed_form(robot), chain_of(robot)
+    assert form is not None
+    q = np.array([0.0, 0.3, -form.turns[2] * form.planar.elbow_angle + elbow, 0.4, 0.8, 0.2])
+    flange, axis = flange_poses(robot, q)[0], chain.axes[1]
+    wrist = flange[:3, 3] + flange[:3, :3] @ form.wrist_in_flange
+    shoulder = chain.points[1] + axis * (axis @ (wrist - chain.points[1]))
+    along = (wrist - shoulder) / np.linalg.norm(wrist - shoulder)
+    middle = transform(np.eye(3), shoulder + 0.5 * (wrist - shoulder))
+    angles = np.array([-0.3, 0.0, 0.4])
+    poses = transform(rotation_about(axis, angles), middle[:3, 3] + outwards * along)
+    arm = make_arm("puma560", grasp=inverse(middle) @ flange)
+    signs = tuple(int(s) for s in signs_of(form, q + 1e-3 * np.eye(6)[2] if elbow == 0.0 else q))
+    flanges = (poses @ arm.grasp)[::2]
+    found = solve_signed(form, flanges[:, :3, :3], flanges[None, :, :3, 3], np.array([signs]))
+    joints = found.joints[:, 0, 0].T
+    return Cell(Task(poses[::2]), (arm,), np.pi), arm, ArmPoint(np.zeros(3), 0.0, joints, signs)
+
+
+@pytest.mark.parametrize(
+    ("elbow", "outwards", "free"),
+    [(2e-3, 0.0, True), (5e-4, 0.0, False), (0.0, 0.0, False), (0.0, 2e-6, False), (0.0, -1e-4, True)],
+)
+def test_an_elbow_that_is_all_but_stretched_between_two_poses_is_seen(elbow, outwards, free):
+    way = follow_way(*past_stretched(elbow, outwards))
+    assert way.samples < 100
+    assert (not way.breaks) == free
+    if not free:
+        assert way.breaks[0].fraction == pytest.approx(3.0 / 7.0, abs=0.02)
+        (reason,) = way_faults(way.breaks, ())
+        assert "touches a singularity of shoulder, elbow or wrist; add a pose between 0 and 1" in reason.detail
+
+
+def test_a_pose_on_a_way_keeps_the_margins_and_a_pose_by_itself_need_not():
+    cell, arm, point = past_stretched(2e-3)
+    form = closed_form(arm.robot)
+    straight = point.joints.copy()
+    straight[1, 2] = -form.turns[2] * form.planar.elbow_angle
+    (found,) = follow_way(cell, arm, replace(point, joints=straight)).breaks
+    assert (found.pose, found.fraction) == (0, 1.0)
+    alone = replace(cell, task=Task(cell.task.poses, starts=(0, 1)))
+    assert follow_way(alone, arm, replace(point, joints=straight)).free

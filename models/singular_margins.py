@@ -1,0 +1,69 @@
+"""How far an arm keeps from the ends of its posture along a way: shoulder, elbow and wrist.
+
+At these ends two postures meet. A way that touches one, however shortly, can be gone on in either posture, and joint
+speeds have no bound there: no controller follows it. So along a way a small margin is kept. An elbow that is stretched
+or folded but for 1 mrad lacks less than a thousandth of a millimetre of its reach: between the poses the margin costs
+next to nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.arm import SINGULAR_WRIST, Arm
+from models.arrays import Floats
+from models.branches import posture_terms
+from models.closed_form import ClosedForm
+from models.kept import KEPT
+
+SHOULDER, ELBOW = 1e-3, 1e-3
+"""m that the wrist's point keeps in front of axis 1 (or behind it), and rad that the elbow keeps from being stretched
+or folded, along a way. The wrist keeps `models.arm.SINGULAR_WRIST`."""
+SPARE = 1.25
+"""Programs ask for so much more, because they see a way at few places only."""
+
+
+@dataclass(frozen=True, slots=True)
+class Margins:
+    """What is kept from each singular set: shoulder [m], elbow and wrist [rad]."""
+
+    shoulder: float
+    elbow: float
+    wrist: float
+
+
+def margins_along(arm: Arm, share: float = 1.0) -> Margins:
+    """What an arm with a closed form keeps along a way, times ``share``."""
+    return Margins(share * SHOULDER, share * ELBOW, share * SINGULAR_WRIST if arm.avoid_singularities else 0.0)
+
+
+def margins_at_poses(arm: Arm) -> Margins:
+    """What it keeps at poses from which no way begins."""
+    return Margins(0.0, 0.0, SINGULAR_WRIST if arm.avoid_singularities else 0.0)
+
+
+def spare_terms(arm: Arm, form: ClosedForm, joints: Floats) -> Floats:
+    """Smooth functions of the place that are negative where an arm comes too near a singular set.
+
+    The square of the distance in front of axis 1 and the cosines of elbow and wrist are smooth along a way, also where
+    joints are not: what the former exceeds, and by what the latter keep off 1 and -1.
+
+    Args:
+        arm: the arm. form: its closed form.
+        joints: (..., 6) rad.
+
+    Returns:
+        (..., 3) shoulder [m²], elbow stretched, elbow folded; (..., 5) with the wrist's two where that is to be kept.
+    """
+    margins = margins_along(arm)
+    front, _, _ = posture_terms(form, np.moveaxis(joints, -1, 0), np.sin, np.cos)
+    cosines = [(form.planar.elbow_angle + form.turns[2] * joints[..., 2], margins.elbow)]
+    if arm.avoid_singularities:
+        cosines.append((joints[..., 4] - form.wrist_zero, margins.wrist))
+    spare = [front**2 - (margins.shoulder - KEPT) ** 2]
+    for angle, margin in cosines:
+        cosine, most = np.cos(angle), np.cos(margin - KEPT)
+        spare += [most - cosine, most + cosine]
+    return np.stack(spare, axis=-1)

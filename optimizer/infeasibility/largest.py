@@ -27,7 +27,7 @@ from optimizer.program import ArmPoint
 from optimizer.reduced import ReducedProblem, evaluate_signed, reduced_problem
 from optimizer.watch import check_stop
 
-BOXES = 12_000
+BOXES = 4000
 """Bounded at most."""
 LOOKED_AT = 6
 """Places per round that are measured."""

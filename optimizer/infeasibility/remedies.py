@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from models.cell import Cell
+from models.surroundings import PairClass
 from optimizer.coupled.scene import Scene
 from optimizer.findings import Relaxation
 from optimizer.infeasibility.arm_conflict import arm_conflict, proved_arm
@@ -106,6 +107,7 @@ def remedies(
         possible: by JSON pointer, the largest value that was found possible, if no more than `PRECISE` below the bound.
     """
     told: list[Relaxation] = []
+    touching = False  # it is proved that even that would not be enough
     hints: list[tuple[ArmPoint, ...]] = []
     arms = [element.index for element in conflict.elements if element.kind is Kind.ARM]
     some = list(candidates(cell, conflict))
@@ -124,7 +126,11 @@ def remedies(
         helpful = None if bracket is None else _smallest(remedy, bracket, hints, deadline, seed)
         if helpful is not None:
             hints.insert(0, helpful.found.points)
-            told.append(Relaxation(remedy.words(helpful.amount), remedy.pointer, helpful.found.objective))
+            words = remedy.words(helpful.amount)
+            if touching and remedy.pointer.startswith(MOVED[0]):
+                words += "; no smaller clearance is enough"
+            told.append(Relaxation(words, remedy.pointer, helpful.found.objective))
+        touching |= bracket is None and remedy.pointer == f"/clearance/{PairClass.ARM_OBSTACLE}"
     return tuple(told)
 
 

@@ -12,7 +12,6 @@ from bench.trial import ask
 QUICK = (
     "between_11",
     "bolted_to_a_side_face",
-    "miss_dwell_34 alone",
     "miss_dwell_8 alone",
     "miss_feature_16 alone",
     "miss_feature_91 alone",

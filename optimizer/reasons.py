@@ -134,6 +134,7 @@ def explain_proof(cell: Cell, arm: Arm, obstacles: tuple[Obstacle, ...]) -> tupl
             "out_of_reach": "are out of reach",
             "joint_limit": f"need {joint} beyond its limits",
             "joint_step": "cannot be joined without too long a joint step",
+            "singularity": f"bring the wrist within {np.degrees(SINGULAR_WRIST):.3f}° of its singularity at {joint}",
             "conditioning": f"leave a conditioning below {arm.min_conditioning}",
         }[obstacle.kind]
         detail = (

@@ -17,6 +17,7 @@ KINDS = {
     "reach": "out_of_reach",
     "limit": "joint_limit",
     "path": "joint_step",
+    "singularity": "singularity",
     "floor": "floor",
     "conditioning": "conditioning",
 }
@@ -36,7 +37,7 @@ def reasons_of(cell: Cell, proof: CellProof) -> tuple[Reason, ...]:
 def reasons_of_arm(cell: Cell, arm: Arm, part: ArmPart) -> tuple[Reason, ...]:
     """Why an arm has no layout even by itself, largest share first."""
     shares = excluded_shares(part.tree)
-    if all(cause.kind in ("reach", "limit", "path") for cause, _ in shares):
+    if all(cause.kind in ("reach", "limit", "path", "singularity") for cause, _ in shares):
         return explain_proof(cell, arm, part.tree.tally.obstacles())
     reasons = []
     for cause, share in shares[:MOST]:
@@ -55,6 +56,7 @@ def _what(cause: Cause, joint: str | None) -> str:
         "reach": "a pose is out of reach",
         "limit": f"{joint} would have to exceed its limits",
         "path": f"{joint} cannot follow within the largest step",
+        "singularity": f"the wrist is too near to its singularity at {joint}",
         "floor": "the base would not stand on the allowed floor",
         "conditioning": "the smallest conditioning is not kept",
         "obstacle": f"the arm does not keep its distance from {cause.name!r}",

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.arm import SINGULAR_WRIST, Interval
+from models.arm import SINGULAR_WRIST, BaseRegion, Interval
 from models.branches import signs_of
 from models.cell import Cell
 from models.closed_form import closed_form
@@ -17,13 +17,16 @@ from models.pose import inverse
 from models.posture import ALL_SIGNS, Posture
 from models.task import Task
 from models.wrist_singularity import wrist_distance
+from optimizer.certificate.certify import certify
 from optimizer.evaluate import evaluate_layout
 from optimizer.layers import best_path
 from optimizer.layout import Outcome
 from optimizer.local import solve_locally
 from optimizer.program import ArmPoint
 from optimizer.reduced import evaluate, evaluate_signed, reduced_problem
+from optimizer.settings import CertificateSettings
 from optimizer.verify import check
+from tests.support.arms import make_arm
 from tests.support.tasks import Possible, possible
 
 POSE = 2
@@ -97,3 +100,18 @@ def test_a_local_solve_that_is_drawn_to_the_singularity_stops_where_the_rule_say
     nearest = {a: np.min(wrist_distance(form, found.points[0].joints[:, 4])) for a, found in solved.items()}
     assert nearest[False] == pytest.approx(SINGULAR_WRIST, abs=1e-6)
     assert nearest[True] < 0.9 * SINGULAR_WRIST
+
+
+def test_boxes_that_the_rule_excludes_are_told_as_singular_and_not_as_limits():
+    arm = make_arm("ur10e", grasp=np.eye(4))
+    form = closed_form(arm.robot)
+    q = np.array([0.3, -1.2, 1.4, -0.5, form.wrist_zero, 0.2])
+    place = Interval(0.0, 0.0)
+    shoulder = Posture(shoulder=1 if signs_of(form, q)[0] > 0 else -1)
+    arm = replace(arm, base=BaseRegion(place, place, place, Interval(0.0, 0.0)), posture=shoulder)
+    problem = reduced_problem(Cell(Task(flange_poses(arm.robot, q)[0][None]), (arm,)), arm)
+    proof = certify(problem, None, CertificateSettings(gap=1e-3, time_limit=60.0))
+    assert proof.infeasible
+    kinds = {(obstacle.kind, obstacle.joint) for obstacle in proof.obstacles}
+    assert ("singularity", 4) in kinds
+    assert ("joint_limit", 4) not in kinds

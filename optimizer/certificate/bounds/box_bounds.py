@@ -26,8 +26,9 @@ PROBES = 8
 """Poses tried first in tasks of more than three times as many."""
 
 FOUR = list(JOINTS)
-REACH, LIMIT, PATH = 1, 2, 3
-"""Causes: a pose is out of reach; a joint is outside its limits at a pose; a joint has no continuous path inside."""
+REACH, LIMIT, PATH, SINGULAR = 1, 2, 3, 4
+"""Causes: a pose is out of reach; a joint is outside its limits at a pose; a joint has no continuous path inside; the
+wrist is too near to its singularity at a pose."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -147,7 +148,11 @@ class BoxBounder:
             return FirstOrder(costs, self._twist(enclosed, found, rows, costs, each))
         outside = np.isinf(together.cost)
         lost = np.any(outside, axis=1)
-        self._note(found, rows, 4 if rules.smallest_wrist > 0.0 else 5, lost, outside, outside)
+        self._note(found, rows, 5, lost, outside, outside)
+        singular = np.any(together.singular, axis=1)
+        found.causes[5, rows[singular]] = SINGULAR
+        found.causes[6, rows[singular]] = 0
+        found.poses[5, rows[singular]] = together.singular[singular]
         sums = together.sums(each, rules)
         costs[4] = np.where(lost[:, None], np.inf, costs[4])
         kept = np.where(np.isfinite(sums), sums, 0.0) - np.sum(np.where(np.isfinite(costs), costs, 0.0)[FOUR], axis=0)

@@ -5,14 +5,20 @@ from __future__ import annotations
 import numpy as np
 
 from models.arrays import Bools, Floats
-from optimizer.certificate.bounds.box_bounds import LIMIT, PATH, REACH, BoxBounds
+from optimizer.certificate.bounds.box_bounds import LIMIT, PATH, REACH, SINGULAR, BoxBounds
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.bounds.region import Region
 from optimizer.proof import Obstacle
 from optimizer.reduced import ReducedProblem
 
-CONDITIONING = PATH + 1
-_KINDS = {REACH: "out_of_reach", LIMIT: "joint_limit", PATH: "joint_step", CONDITIONING: "conditioning"}
+CONDITIONING = SINGULAR + 1
+_KINDS = {
+    REACH: "out_of_reach",
+    LIMIT: "joint_limit",
+    PATH: "joint_step",
+    SINGULAR: "singularity",
+    CONDITIONING: "conditioning",
+}
 
 
 class Tally:

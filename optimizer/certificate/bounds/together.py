@@ -30,14 +30,16 @@ class Together:
     Attributes:
         cost: (N, m) least cost together where ``near``, else 0. near: (N, m) True at poses that are bounded so.
         each: (6, N, m) least cost of every joint by itself.
+        singular: (N, m) True where the wrist is too near to its singularity all over the box.
     """
 
     cost: Floats
     near: Bools
     each: Floats
+    singular: Bools
 
     def __getitem__(self, rows: Bools) -> Together:
-        return Together(self.cost[rows], self.near[rows], self.each[:, rows])
+        return Together(self.cost[rows], self.near[rows], self.each[:, rows], self.singular[rows])
 
     def sums(self, terms: Floats, rules: Rules) -> Floats:
         """(N, B) bound of a job's cost, given bounds (6, N, m) of what each joint costs at each pose."""
@@ -66,10 +68,11 @@ def together_of(kinematics: Kinematics, rules: Rules, found: Enclosed, each: Flo
     bend = (angles.fifth - kinematics.wrist.zero) * (kinematics.wrist.sense * found.boxes.sign(2))
     singular = (bend.high < rules.smallest_wrist) | (bend.low > np.pi - rules.smallest_wrist)
     near = (wide | singular | ~found.slopes.rates.regular) & open_[:, None]
-    cost = np.zeros(near.shape)
+    cost, ruled = np.zeros(near.shape), np.zeros(near.shape, dtype=np.bool_)
     if np.any(near):
         box, pose = np.nonzero(near)
         cells = pitch_cells(kinematics, found.boxes, angles, (box, pose), rules.smallest_wrist)
+        ruled[box, pose] = cells.singular
         sums = np.where(cells.alive, 0.0, np.inf)
         for k, i in enumerate(JOINTS):
             off = nearest_lifts(cells.values[k], rules.lower[i], rules.upper[i], rules.reference[i])
@@ -77,4 +80,4 @@ def together_of(kinematics: Kinematics, rules: Rules, found: Enclosed, each: Flo
         least = np.min(sums, axis=1)
         counts = 1.0 if rules.counts is None else rules.counts[pose]
         cost[box, pose] = np.where(np.isinf(least), np.inf, counts * np.where(np.isinf(least), 0.0, least))
-    return Together(cost, near, each)
+    return Together(cost, near, each, ruled)

@@ -50,10 +50,12 @@ class PitchCells:
     Attributes:
         values: (4, Q, C) rad, modulo 2π.
         alive: (Q, C) False where the part holds nothing: out of reach, out of the pitch known, or singular.
+        singular: (Q,) True where the wrist is too near to its singularity all over the box.
     """
 
     values: Ball
     alive: Bools
+    singular: Bools
 
 
 def has_free_pitch(kinematics: Kinematics) -> bool:
@@ -78,6 +80,7 @@ def pitch_cells(
     known = Ball(angles.turn.centre[box, pose], np.minimum(angles.turn.radius[box, pose], np.pi))
     if smallest > 0.0:
         pitch, alive = _two_values(kinematics, boxes, angles, pairs, smallest)
+        singular: Bools = ~np.any(alive, axis=1)
         off = pitch.centre - known.centre[:, None]
         off = off - TURN * np.round(off / TURN)
         alive &= np.abs(off) <= known.radius[:, None] + pitch.radius
@@ -87,6 +90,7 @@ def pitch_cells(
         centre = known.centre[:, None] + known.radius[:, None] * share
         pitch = Ball(centre, np.broadcast_to(known.radius[:, None] / CELLS + SLACK, centre.shape))
         alive = np.ones(centre.shape, dtype=np.bool_)
+        singular = np.zeros(len(box), dtype=np.bool_)
     bend = (-boxes.sign(0) * boxes.sign(1))[box]
     (hx, hy), (cos, sin) = planar.hand, cos_sin(pitch)
     x = _column(angles.place.front, pairs) - planar.shoulder[0] - (cos * hx + sin * hy)
@@ -101,7 +105,7 @@ def pitch_cells(
     )
     centres = np.stack([ball.centre for ball in joints])
     radii = np.stack([np.broadcast_to(ball.radius, centres.shape[1:]) for ball in joints])
-    return PitchCells(Ball(centres, radii + SLACK), alive & (triangle.short <= SLACK))
+    return PitchCells(Ball(centres, radii + SLACK), alive & (triangle.short <= SLACK), singular)
 
 
 def _column(values: Ball, pairs: tuple[Ints, Ints]) -> Ball:

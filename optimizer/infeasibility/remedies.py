@@ -33,6 +33,8 @@ HALVINGS = 6
 PROOF = 0.15
 """Of the time left that a proof before a trial may take."""
 MOST_TOLD = 3
+MORE = 3.0
+"""s that may go on after a change that helps, for others."""
 MOVED = ("/obstacles/", "/arms/")
 """What pointers of changes by metres begin with, besides the floor."""
 
@@ -126,6 +128,7 @@ def remedies(
         helpful = None if bracket is None else _smallest(remedy, bracket, hints, deadline, seed)
         if helpful is not None:
             hints.insert(0, helpful.found.points)
+            end = min(end, time.perf_counter() + MORE)
             words = remedy.words(helpful.amount)
             if touching and remedy.pointer.startswith(MOVED[0]):
                 words += "; no smaller clearance is enough"

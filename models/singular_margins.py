@@ -3,7 +3,8 @@
 At these ends two postures meet. A way that touches one, however shortly, can be gone on in either posture, and joint
 speeds have no bound there: no controller follows it. So along a way a small margin is kept. An elbow that is stretched
 or folded but for 1 mrad lacks less than a thousandth of a millimetre of its reach: between the poses the margin costs
-next to nothing.
+next to nothing. Where a way begins or ends, the arm need not go on: there it may stand at the end of its posture, and
+its way keeps at least as far as it stands.
 """
 
 from __future__ import annotations
@@ -13,16 +14,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from models.arm import SINGULAR_WRIST, Arm
-from models.arrays import Floats
+from models.arrays import Bools, Floats
 from models.branches import posture_terms
 from models.closed_form import ClosedForm
 from models.kept import KEPT
+from models.task import Task
 
 SHOULDER, ELBOW = 1e-3, 1e-3
 """m that the wrist's point keeps in front of axis 1 (or behind it), and rad that the elbow keeps from being stretched
 or folded, along a way. The wrist keeps `models.arm.SINGULAR_WRIST`."""
 SPARE = 1.25
 """Programs ask for so much more, because they see a way at few places only."""
+STILL = 1e-9
+"""rad between consecutive poses in which an arm stands still."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,3 +71,30 @@ def spare_terms(arm: Arm, form: ClosedForm, joints: Floats) -> Floats:
         cosine, most = np.cos(angle), np.cos(margin - KEPT)
         spare += [most - cosine, most + cosine]
     return np.stack(spare, axis=-1)
+
+
+def lacking_at_poses(arm: Arm, form: ClosedForm, task: Task, joints: Floats) -> tuple[Bools, Floats]:
+    """Which poses a way may not go through, and what the ways from and to other poses may lack.
+
+    Args:
+        arm: the arm. form: its closed form.
+        task: the poses. joints: (m, 6) rad at them.
+
+    Returns:
+        (m,) True where a way goes through a pose that is too near a singular set; (m - 1, k) how far the terms of
+        `spare_terms` may be below zero on each step, because a way begins or ends at a pose that is as near.
+    """
+    lack = np.maximum(-spare_terms(arm, form, joints), 0.0)
+    ends = _ends(task, joints)
+    allowed = np.where(ends[:, None], lack, 0.0)
+    return np.any(lack > 0.0, axis=-1) & ~ends, np.maximum(allowed[:-1], allowed[1:])
+
+
+def _ends(task: Task, joints: Floats) -> Bools:
+    """(m,) True for poses at which a way begins or ends, and for those in which the arm stands still beside them."""
+    joined = task.joined
+    first_or_last = np.append(True, ~joined) | np.append(~joined, True)
+    still = joined & (np.max(np.abs(np.diff(joints, axis=0)), axis=1, initial=0.0) < STILL)
+    place = np.append(0, np.cumsum(~still))
+    ends: Bools = np.isin(place, place[first_or_last])
+    return ends

@@ -73,13 +73,6 @@ class Task:
         return joined(self.starts, len(self.poses))
 
     @property
-    def on_ways(self) -> Bools:
-        """(m,) True for poses that a way leads to or from; False for those that are a job by themselves."""
-        steps: Bools = self.joined
-        on_ways: Bools = np.append(steps, False) | np.append(False, steps)
-        return on_ways
-
-    @property
     def total_weight(self) -> float:
         """What all poses count for together; their number if that is 0."""
         return float(np.sum(self.weights)) or len(self.poses)

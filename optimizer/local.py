@@ -15,7 +15,7 @@ import numpy as np
 from models.arm import Arm
 from models.cell import Cell
 from models.closed_form import closed_form
-from models.singular_margins import spare_terms
+from models.singular_margins import lacking_at_poses
 from models.wrist_singularity import wrist_shortfall
 from optimizer.measure import largest_step
 from optimizer.pose_rows import BASE
@@ -50,11 +50,11 @@ def solve_locally(cell: Cell, arm: Arm, start: ArmPoint, deadline: float) -> Sol
 
 
 def _touches(cell: Cell, arm: Arm, point: ArmPoint) -> bool:
-    """Whether a pose on a way is too near a singularity to be left or reached."""
+    """Whether a way goes through a pose that is too near a singularity."""
     form = closed_form(arm.robot)
     if form is None or point.signs is None:
         return False
-    return bool(np.any(spare_terms(arm, form, point.joints[cell.task.on_ways]) < 0.0))
+    return bool(np.any(lacking_at_poses(arm, form, cell.task, point.joints)[0]))
 
 
 def _solve_rows(cell: Cell, arm: Arm, start: ArmPoint, deadline: float, *, clear: bool = False) -> Solve:

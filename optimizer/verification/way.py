@@ -29,7 +29,7 @@ from models.branches import solve_signed
 from models.cell import Cell
 from models.closed_form import ClosedForm, closed_form
 from models.pose import inverse
-from models.singular_margins import spare_terms
+from models.singular_margins import lacking_at_poses, spare_terms
 from models.task import Task
 from models.wrist_singularity import wrist_distance
 from optimizer.clearance import Break, LimitExcess
@@ -121,7 +121,7 @@ def follow_way(cell: Cell, arm: Arm, point: ArmPoint, resolution: Resolution | N
     grasps, tool = cell.grasps(arm), inverse(arm.tool)
     follower = _follower(arm, point)
     joints, joined = point.joints, cell.task.joined
-    touching = np.zeros(0, dtype=np.int64) if form is None else _touching(arm, form, cell.task, joints)
+    touching, relief = _at_poses(arm, form, cell.task, joints)
     step = np.setdiff1d(np.flatnonzero(joined), [touching - 1, touching])
     zero = np.zeros(len(step))
     open_ = _Stretches(step, zero, zero + 1.0, joints[step], joints[step + 1])
@@ -140,7 +140,7 @@ def follow_way(cell: Cell, arm: Arm, point: ArmPoint, resolution: Resolution | N
         if level == LEVELS:
             arrived &= ~far | _turns_in_place(arm, found)
         if form is not None:
-            arrived &= np.all(spare_terms(arm, form, found) >= 0.0, axis=-1)
+            arrived &= np.all(spare_terms(arm, form, found) + relief[open_.step] >= 0.0, axis=-1)
         if not np.all(arrived):
             lost = open_[~arrived]
             breaks += [Break(arm.name, int(s), float(f)) for s, f in zip(lost.step, lost.middle, strict=True)]
@@ -149,7 +149,8 @@ def follow_way(cell: Cell, arm: Arm, point: ArmPoint, resolution: Resolution | N
         halves = open_.halves(found)
         close = _may_leave_limits(arm, halves, sag) & np.tile(_long(path, open_, resolution), 2)
         if form is not None:
-            close |= _may_touch(spare_terms(arm, form, np.stack([open_.before, found, open_.after])))
+            spare = spare_terms(arm, form, np.stack([open_.before, found, open_.after])) + relief[open_.step]
+            close |= _may_touch(spare)
         open_ = halves[close | np.tile(far, 2)]
     return Way(tuple(breaks), tuple(beyond[i] for i in sorted(beyond)), samples)
 
@@ -248,9 +249,12 @@ def _may_leave_limits(arm: Arm, halves: _Stretches, sag: Floats) -> Bools:
     return unsure
 
 
-def _touching(arm: Arm, form: ClosedForm, task: Task, joints: Floats) -> Ints:
-    """The poses on ways that are too near a singularity."""
-    return np.flatnonzero(task.on_ways & np.any(spare_terms(arm, form, joints) < 0.0, axis=-1))
+def _at_poses(arm: Arm, form: ClosedForm | None, task: Task, joints: Floats) -> tuple[Ints, Floats]:
+    """The poses too near a singularity for a way through them, and what steps may lack; see `lacking_at_poses`."""
+    if form is None:
+        return np.zeros(0, dtype=np.int64), np.zeros((len(joints) - 1, 1))
+    touching, relief = lacking_at_poses(arm, form, task, joints)
+    return np.flatnonzero(touching), relief
 
 
 def _may_touch(spares: Floats) -> Bools:

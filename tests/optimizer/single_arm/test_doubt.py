@@ -41,11 +41,11 @@ def test_a_sliver_between_wide_joint_steps_is_found_and_its_boxes_are_not_bounde
 def test_bases_about_an_answer_with_a_joint_at_its_limit_are_looked_at():
     """The local solver ends at 235.63 with joint 1 at its limit; 3 mm aside, on another turn of a joint, less will do.
 
-    The 230.63 that are possible at the poses touch a singularity of elbow or shoulder at the last one.
+    At the best base the last pose stretches the elbow, where the way ends.
     """
     cell = case("miss_dwell_34 alone").cell
     found = searched(cell)
-    assert found.objective < 234.74
+    assert found.objective < 1.001 * 230.627582
     assert follow_way(cell, cell.arms[0], found.best).free
 
 

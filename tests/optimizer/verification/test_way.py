@@ -14,7 +14,7 @@ from models.cell import Cell
 from models.chain import chain_of
 from models.closed_form import closed_form
 from models.kinematics import flange_poses
-from models.pose import inverse, rotation_about, transform
+from models.pose import inverse, rotation_about, rotation_vector, transform
 from models.task import Task
 from optimizer.path_samples import ObjectPath, follow, keep_inside
 from optimizer.program import ArmPoint
@@ -156,12 +156,27 @@ def test_an_elbow_that_is_all_but_stretched_between_two_poses_is_seen(elbow, out
         assert "touches a singularity of shoulder, elbow or wrist; add a pose between 0 and 1" in reason.detail
 
 
-def test_a_pose_on_a_way_keeps_the_margins_and_a_pose_by_itself_need_not():
-    cell, arm, point = past_stretched(2e-3)
-    form = closed_form(arm.robot)
-    straight = point.joints.copy()
-    straight[1, 2] = -form.turns[2] * form.planar.elbow_angle
-    (found,) = follow_way(cell, arm, replace(point, joints=straight)).breaks
-    assert (found.pose, found.fraction) == (0, 1.0)
-    alone = replace(cell, task=Task(cell.task.poses, starts=(0, 1)))
-    assert follow_way(alone, arm, replace(point, joints=straight)).free
+def stretched_at(pose: int) -> tuple[Cell, Arm, ArmPoint]:
+    """The elbow of `past_stretched` stretched exactly at one of three poses, the others to one side of it."""
+    cell, arm, point = past_stretched(0.0)
+    ends = cell.task.poses
+    step = rotation_vector(ends[0, :3, :3].T @ ends[1, :3, :3])
+    peak = (0.0, 3.0 / 7.0, 1.0)
+    fractions = {0: (3.0 / 7.0, 0.7, 1.0), 1: peak, 2: (0.0, 0.2, 3.0 / 7.0)}[pose]
+    form, angle = closed_form(arm.robot), float(np.linalg.norm(step))
+    turns = rotation_about(step / angle, angle * np.array(fractions))
+    poses = transform(ends[0, :3, :3] @ turns, np.tile(ends[0, :3, 3], (3, 1)))
+    flanges = poses @ arm.grasp
+    found = solve_signed(form, flanges[:, :3, :3], flanges[None, :, :3, 3], np.array([point.signs]))
+    joints = found.joints[:, 0, 0].T.copy()
+    joints[pose, 2] = -form.turns[2] * form.planar.elbow_angle
+    return replace(cell, task=Task(poses)), arm, replace(point, joints=joints)
+
+
+def test_a_way_may_begin_and_end_at_a_singularity_but_not_go_through_one():
+    assert [follow_way(*stretched_at(pose)).free for pose in range(3)] == [True, False, True]
+    cell, arm, point = stretched_at(1)
+    (found, *_) = follow_way(cell, arm, point).breaks
+    assert (found.pose, found.fraction) == (1, 0.0)
+    alone = replace(cell, task=Task(cell.task.poses, starts=(0, 1, 2)))
+    assert follow_way(alone, arm, point).free

@@ -135,7 +135,8 @@ def _certificate(
     if wanted is None:
         return None
     if wanted == "auto":
-        wanted = automatic(cell, max(deadline - time.perf_counter(), 0.0))
+        found = bool(coupled.found) or (not cell.coupled and all(search.best is not None for search in searches))
+        wanted = automatic(cell, max(deadline - time.perf_counter(), 0.0), found)
     return prove(cell, searches, coupled, wanted, table.stage("proof"))
 
 

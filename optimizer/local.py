@@ -23,6 +23,9 @@ from optimizer.program import ArmPoint, Cuts, build_program
 from optimizer.single_arm.conditioning_cuts import TRUST, conditioning_gradients, keep_conditioning
 from optimizer.solve import Solve, solve_program
 
+CLEAR = 1e-3
+"""Relative rise of the objective for which ways keep clear of singularities also where they begin and end."""
+
 
 def solve_locally(cell: Cell, arm: Arm, start: ArmPoint, deadline: float) -> Solve:
     """Solve the program of one arm from a start.
@@ -40,21 +43,23 @@ def solve_locally(cell: Cell, arm: Arm, start: ArmPoint, deadline: float) -> Sol
     if not result.status.has_point:
         return result
     point = result.points[0]
-    if _touches(cell, arm, point):
+    through, beside = touches(cell, arm, point)
+    if through or beside:
         clear = _solve_rows(cell, arm, point, deadline, clear=True)
-        if clear.status.has_point:
+        if clear.status.has_point and (through or clear.objective <= (1.0 + CLEAR) * result.objective):
             return clear
     if wrist_shortfall(arm, point.joints.T) > 0.0:
         return _solve_rows(cell, arm, point, deadline)
     return result
 
 
-def _touches(cell: Cell, arm: Arm, point: ArmPoint) -> bool:
-    """Whether a way goes through a pose that is too near a singularity."""
+def touches(cell: Cell, arm: Arm, point: ArmPoint) -> tuple[bool, bool]:
+    """Whether a way goes through a pose too near a singularity, and whether one begins or ends at such a pose."""
     form = closed_form(arm.robot)
     if form is None or point.signs is None:
-        return False
-    return bool(np.any(lacking_at_poses(arm, form, cell.task, point.joints)[0]))
+        return False, False
+    through, allowed = lacking_at_poses(arm, form, cell.task, point.joints)
+    return bool(np.any(through)), bool(np.any(allowed > 0.0))
 
 
 def _solve_rows(cell: Cell, arm: Arm, start: ArmPoint, deadline: float, *, clear: bool = False) -> Solve:

@@ -16,7 +16,7 @@ from optimizer.certificate.certify import BranchAndBound, certify
 from optimizer.events import Screened, Started
 from optimizer.layers import LayeredPath
 from optimizer.layout import Reason
-from optimizer.local import solve_locally
+from optimizer.local import CLEAR, solve_locally, touches
 from optimizer.measure import objective_of
 from optimizer.program import ArmPoint
 from optimizer.reasons import explain_general, explain_proof, explain_reach, explain_reduced
@@ -299,8 +299,16 @@ def _keep(cell: Cell, search: ArmSearch, optima: list[tuple[float, ArmPoint]], d
     search.optima = sorted(search.optima + optima, key=lambda optimum: optimum[0])
     search.basins = distinct_optima(search.optima)
     best = best_passable(cell, search.arm, fresh, search.objective, deadline)
-    if best is not None:
+    if best is None:
+        return
+    if search.best is None or best[0] < search.objective * _worse_for_its_ends(cell, search, best[1]):
         search.objective, search.best = best
+
+
+def _worse_for_its_ends(cell: Cell, search: ArmSearch, point: ArmPoint) -> float:
+    """By which factor a point must beat the best one, where that keeps clear of singularities at its ends too."""
+    clear = search.best is not None and not touches(cell, search.arm, search.best)[1]
+    return 1.0 - CLEAR if clear and touches(cell, search.arm, point)[1] else 1.0
 
 
 def _stuck(cell: Cell, search: ArmSearch) -> tuple[Reason, ...]:

@@ -170,10 +170,11 @@ def test_ctrl_c_cancels_the_layout_at_the_server(server: Running, tmp_path: Path
     fake.seconds = 60.0
     code, seconds = interrupted(["solve", write(tmp_path, example), "--server", server.url], lambda: fake.running)
     assert code == 130
-    assert seconds < 5.0
-    ends = time.monotonic() + 5.0
+    assert seconds < 30.0  # of the 60 s that the solve would take
+    ends = time.monotonic() + 20.0
     while fake.running:
         assert time.monotonic() < ends
+        time.sleep(0.02)
 
 
 def test_migrate_makes_tables_and_says_so(

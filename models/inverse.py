@@ -50,13 +50,6 @@ def branches(robot: Robot, targets: Floats) -> Iterator[Floats]:
             yield numeric_branches(robot, target)
 
 
-def quickly_enumerated(robot: Robot) -> bool:
-    """False where enumerating the branches of a pose takes tens of milliseconds: better to follow single branches."""
-    if closed_form(robot) is not None:
-        return True
-    return robot.ssik_name is not None and not _manipulator(robot.ssik_name).solver_name.startswith("jointlock")
-
-
 @lru_cache(maxsize=128)
 def _manipulator(name: str) -> ssik.Manipulator:
     return ssik.Manipulator.from_prebuilt(name)

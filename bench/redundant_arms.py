@@ -27,8 +27,8 @@ from optimizer.local import solve_locally
 from optimizer.program import ArmPoint
 from optimizer.search import search_arm
 from optimizer.settings import Settings
-from optimizer.single_arm.parameters import PARAMETERS
-from optimizer.single_arm.unreduced import Optimum, search_unreduced
+from optimizer.single_arm.redundant.parameters import PARAMETERS
+from optimizer.single_arm.redundant.unreduced import Optimum, search_unreduced
 
 LONG = replace(PARAMETERS, seeds=2048, spread_kept=512, middle_kept=160, polished=16, polished_endless=24, worth=1.4)
 SEEDS = (11, 12)

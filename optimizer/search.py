@@ -26,11 +26,11 @@ from optimizer.settings import CertificateSettings, Settings
 from optimizer.single_arm.base_sample import BoxFrame
 from optimizer.single_arm.basins import LEVEL, ROUNDED, distinct_optima, elsewhere
 from optimizer.single_arm.doubt import at_limit, in_doubt
-from optimizer.single_arm.parameters import PARAMETERS, THOROUGH, UnreducedParameters
 from optimizer.single_arm.passable import best_passable, with_places
-from optimizer.single_arm.reachable_poses import unreached_poses
+from optimizer.single_arm.redundant.parameters import PARAMETERS, THOROUGH, UnreducedParameters
+from optimizer.single_arm.redundant.reachable_poses import unreached_poses
+from optimizer.single_arm.redundant.unreduced import search_unreduced
 from optimizer.single_arm.refinement import brought_to_optimum, path_from
-from optimizer.single_arm.unreduced import search_unreduced
 from optimizer.single_arm.worth import MOVE, worth_solving
 from optimizer.verification.way import follow_way
 from optimizer.verification.words import way_faults

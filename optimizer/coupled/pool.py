@@ -19,7 +19,7 @@ from optimizer.coupled.refine import price_of
 from optimizer.coupled.scene import Scene, world_yaw
 from optimizer.program import ArmPoint
 from optimizer.reduced import ReducedProblem, conditioning_shortfall, evaluate
-from optimizer.single_arm.varied_paths import varied_paths
+from optimizer.single_arm.redundant.varied_paths import varied_paths
 from optimizer.verify import check
 from optimizer.watch import check_stop
 

@@ -9,9 +9,9 @@ import numpy as np
 from models.arm import TURN
 from models.arrays import Bools, Floats, Ints
 from models.chain_columns import rotation_vectors
-from optimizer.single_arm.conditioning_pull import conditioning_values
-from optimizer.single_arm.parameters import UnreducedParameters
-from optimizer.single_arm.unreduced_problem import Seeds, UnreducedProblem, seen_from_bases
+from optimizer.single_arm.redundant.conditioning_pull import conditioning_values
+from optimizer.single_arm.redundant.parameters import UnreducedParameters
+from optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, seen_from_bases
 
 WHOLE = 1e-3
 """Share of a turn by which a lift may seem to break a limit."""

@@ -13,8 +13,8 @@ from models.arrays import Floats, Ints
 from models.branches import signs_of
 from models.closed_form import closed_form
 from models.sampling import even_points
-from optimizer.single_arm.key_poses import METRES_PER_RADIAN
-from optimizer.single_arm.unreduced_problem import UnreducedProblem
+from optimizer.single_arm.redundant.key_poses import METRES_PER_RADIAN
+from optimizer.single_arm.redundant.unreduced_problem import UnreducedProblem
 
 
 def posture_ranges(problem: UnreducedProblem) -> tuple[Floats, Floats]:

@@ -13,9 +13,9 @@ import numpy as np
 
 from models.arrays import Floats, Ints
 from models.chain_columns import rotation_vectors
-from optimizer.single_arm.conditioning_pull import conditioning_pull
-from optimizer.single_arm.normal_equations import backwards, bounded_step, factorised, forwards
-from optimizer.single_arm.unreduced_problem import Seeds, UnreducedProblem, seen_from_bases
+from optimizer.single_arm.redundant.conditioning_pull import conditioning_pull
+from optimizer.single_arm.redundant.normal_equations import backwards, bounded_step, factorised, forwards
+from optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, seen_from_bases
 from optimizer.watch import check_stop
 
 FASTER, SLOWER, LEAST_PULL = 1.3, 0.5, 0.1

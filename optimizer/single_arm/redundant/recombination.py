@@ -15,11 +15,11 @@ import numpy as np
 from models.arm import TURN
 from models.arrays import Bools, Floats, Ints
 from models.chain_columns import rotation_vectors
-from optimizer.single_arm.conditioning_pull import conditioning_values
-from optimizer.single_arm.draws import drawn_postures, fit_to_bases
-from optimizer.single_arm.gauss_newton import Iterations, gauss_newton
-from optimizer.single_arm.parameters import UnreducedParameters
-from optimizer.single_arm.unreduced_problem import Seeds, UnreducedProblem, seen_from_bases
+from optimizer.single_arm.redundant.conditioning_pull import conditioning_values
+from optimizer.single_arm.redundant.draws import drawn_postures, fit_to_bases
+from optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
+from optimizer.single_arm.redundant.parameters import UnreducedParameters
+from optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, seen_from_bases
 
 DRAWS_PER_KEPT = 8
 """Postures drawn for each that is kept for a pose."""

@@ -18,7 +18,7 @@ from optimizer.layers import LayeredPath
 from optimizer.measure import objective_of
 from optimizer.search import search_arm
 from optimizer.settings import Settings
-from optimizer.single_arm.varied_paths import varied_paths
+from optimizer.single_arm.redundant.varied_paths import varied_paths
 from optimizer.verify import check
 from tests.support.answers import reached
 from tests.support.families import possible_family

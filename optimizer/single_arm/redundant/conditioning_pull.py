@@ -8,7 +8,7 @@ from models.arrays import Floats
 from models.chain import chain_of
 from models.kinematics import characteristic_length
 from models.screws import conditioning_of
-from optimizer.single_arm.unreduced_problem import UnreducedProblem
+from optimizer.single_arm.redundant.unreduced_problem import UnreducedProblem
 
 NEAR = 1.3
 """Postures with less than this many times the wanted conditioning are drawn; above, they may do as they like."""

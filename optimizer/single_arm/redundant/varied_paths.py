@@ -16,11 +16,11 @@ from models.arrays import Floats
 from models.cell import Cell
 from optimizer.continuation import continue_paths
 from optimizer.layers import LayeredPath, finish_path
-from optimizer.single_arm.gauss_newton import Iterations, gauss_newton
-from optimizer.single_arm.parameters import PARAMETERS, UnreducedParameters
-from optimizer.single_arm.ranking import figures, lifted
-from optimizer.single_arm.stages import first_seeds, middle_problem, spread, staged, through
-from optimizer.single_arm.unreduced_problem import Seeds, UnreducedProblem, unreduced_problem
+from optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
+from optimizer.single_arm.redundant.parameters import PARAMETERS, UnreducedParameters
+from optimizer.single_arm.redundant.ranking import figures, lifted
+from optimizer.single_arm.redundant.stages import first_seeds, middle_problem, spread, staged, through
+from optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, unreduced_problem
 
 INSIDE = 5e-3
 """rad by which limits and steps are narrowed, so that soft limits are kept by what the task leaves."""

@@ -1,8 +1,8 @@
 """Search of one arm that has no reduced problem: seven joints, no closed form, or a tilted first axis.
 
-Stages of Gauss-Newton leave a few candidates, IPOPT polishes them (`optimizer.single_arm.stages`). Two further nets are
-cast where joints have more than one turn, where the task is uneven, or where candidates had to give way: paths
-recombined from all seeds' postures, and paths followed from random postures (`optimizer.continuation`).
+Stages of Gauss-Newton leave a few candidates, IPOPT polishes them (`optimizer.single_arm.redundant.stages`). Two
+further nets are cast where joints have more than one turn, where the task is uneven, or where candidates had to give
+way: paths recombined from all seeds' postures, and paths followed from random postures (`optimizer.continuation`).
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from models.cell import Cell
 from optimizer.layers import LayeredPath, finish_path
 from optimizer.measure import objective_of
 from optimizer.program import ArmPoint
-from optimizer.single_arm.gauss_newton import Iterations, gauss_newton
-from optimizer.single_arm.parameters import PARAMETERS, UnreducedParameters
-from optimizer.single_arm.ranking import distinct, lifted
-from optimizer.single_arm.recombination import distinct_bases, recombined
-from optimizer.single_arm.stages import Staged, carried, ranked, settled, staged
-from optimizer.single_arm.unreduced_problem import Seeds, UnreducedProblem, unreduced_problem
-from optimizer.single_arm.varied_paths import INSIDE, follow, on_task
+from optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
+from optimizer.single_arm.redundant.parameters import PARAMETERS, UnreducedParameters
+from optimizer.single_arm.redundant.ranking import distinct, lifted
+from optimizer.single_arm.redundant.recombination import distinct_bases, recombined
+from optimizer.single_arm.redundant.stages import Staged, carried, ranked, settled, staged
+from optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, unreduced_problem
+from optimizer.single_arm.redundant.varied_paths import INSIDE, follow, on_task
 from optimizer.verify import check
 from optimizer.watch import check_stop
 

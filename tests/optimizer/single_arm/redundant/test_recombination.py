@@ -9,10 +9,10 @@ import pytest
 
 from models.arm import TURN
 from optimizer.box import search_box
-from optimizer.single_arm.parameters import PARAMETERS
-from optimizer.single_arm.ranking import figures
-from optimizer.single_arm.recombination import LEAP_PRICE, _Layer, _shortest, distinct_bases, recombined
-from optimizer.single_arm.unreduced_problem import Seeds, unreduced_problem
+from optimizer.single_arm.redundant.parameters import PARAMETERS
+from optimizer.single_arm.redundant.ranking import figures
+from optimizer.single_arm.redundant.recombination import LEAP_PRICE, _Layer, _shortest, distinct_bases, recombined
+from optimizer.single_arm.redundant.unreduced_problem import Seeds, unreduced_problem
 from tests.support.tasks import possible
 
 

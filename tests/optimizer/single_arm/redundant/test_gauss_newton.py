@@ -10,9 +10,9 @@ import pytest
 from models.pose import rotation_about
 from optimizer.box import search_box
 from optimizer.local import solve_locally
-from optimizer.single_arm.gauss_newton import Iterations, gauss_newton
-from optimizer.single_arm.ranking import figures
-from optimizer.single_arm.unreduced_problem import Seeds, unreduced_problem
+from optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
+from optimizer.single_arm.redundant.ranking import figures
+from optimizer.single_arm.redundant.unreduced_problem import Seeds, unreduced_problem
 from tests.support.answers import reached
 from tests.support.tasks import possible
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from models.arrays import Floats, Ints
 from models.pose import rotation_about, rotation_angle
-from optimizer.single_arm.unreduced_problem import UnreducedProblem
+from optimizer.single_arm.redundant.unreduced_problem import UnreducedProblem
 
 METRES_PER_RADIAN = 0.4
 """A turn of a radian counts as much as this way."""

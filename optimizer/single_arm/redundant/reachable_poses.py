@@ -7,11 +7,11 @@ import numpy as np
 from models.arm import Arm
 from models.arrays import Floats
 from models.cell import Cell
-from optimizer.single_arm.draws import draw_seeds
-from optimizer.single_arm.gauss_newton import Iterations, gauss_newton
-from optimizer.single_arm.parameters import PARAMETERS
-from optimizer.single_arm.ranking import figures
-from optimizer.single_arm.unreduced_problem import Seeds, UnreducedProblem, unreduced_problem
+from optimizer.single_arm.redundant.draws import draw_seeds
+from optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
+from optimizer.single_arm.redundant.parameters import PARAMETERS
+from optimizer.single_arm.redundant.ranking import figures
+from optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, unreduced_problem
 
 SEEDS, DRAWN = 64, 2048
 """Postures per pose that are brought to it, and of how many they are the best."""

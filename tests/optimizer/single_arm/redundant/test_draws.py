@@ -7,8 +7,8 @@ import pytest
 
 from models.pose import rotation_about
 from optimizer.box import search_box
-from optimizer.single_arm.draws import draw_seeds, drawn_postures, fit_to_bases
-from optimizer.single_arm.unreduced_problem import Seeds, seen_from_bases, unreduced_problem
+from optimizer.single_arm.redundant.draws import draw_seeds, drawn_postures, fit_to_bases
+from optimizer.single_arm.redundant.unreduced_problem import Seeds, seen_from_bases, unreduced_problem
 from tests.support.tasks import possible
 
 

@@ -9,8 +9,8 @@ from models.family import Job, family
 from models.pose import rotation_z, transform
 from models.task import Task, line
 from optimizer.box import search_box
-from optimizer.single_arm.key_poses import key_poses, on_the_way, reduced_to, shares
-from optimizer.single_arm.unreduced_problem import unreduced_problem
+from optimizer.single_arm.redundant.key_poses import key_poses, on_the_way, reduced_to, shares
+from optimizer.single_arm.redundant.unreduced_problem import unreduced_problem
 from tests.support.tasks import possible
 
 

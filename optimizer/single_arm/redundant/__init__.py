@@ -1,0 +1,1 @@
+"""The search of arms without a reduced problem: seven joints, an offset wrist, or a tilted first axis."""

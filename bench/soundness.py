@@ -31,7 +31,7 @@ from optimizer.certificate.exclusion.exclude import Exclusion
 from optimizer.certificate.nodes import Nodes
 from optimizer.certificate.pairs.contact import Contact
 from optimizer.certificate.pairs.store import PairStore
-from optimizer.coupled.pool import own_lacks
+from optimizer.coupled.combinations.pool import own_lacks
 from optimizer.coupled.scene import Scene
 from optimizer.program import ArmPoint
 from optimizer.reduced import ReducedProblem, evaluate, evaluate_signed, reduced_problem

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from models.arm import Arm
 from models.cell import Cell
-from optimizer.coupled.pool import alone_scene, own_lacks
+from optimizer.coupled.combinations.pool import alone_scene, own_lacks
 from optimizer.coupled.scene import Scene
 from optimizer.program import ArmPoint
 from optimizer.verify import check

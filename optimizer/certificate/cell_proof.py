@@ -18,8 +18,8 @@ import numpy as np
 from optimizer.certificate.arm_tree import ArmTree
 from optimizer.certificate.pairs.pair_tree import PairTree
 from optimizer.certificate.proposals import Proposals
-from optimizer.coupled.refine import Refined
 from optimizer.coupled.scene import Scene
+from optimizer.coupled.sqp.refine import Refined
 from optimizer.reduced import ReducedProblem
 from optimizer.settings import CertificateSettings
 from optimizer.watch import check_stop

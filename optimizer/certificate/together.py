@@ -11,8 +11,8 @@ import numpy as np
 from models.cell import Cell
 from optimizer.certificate.cell_proof import ArmPart, CellProof, prove_cell
 from optimizer.certificate.words import reasons_of
-from optimizer.coupled.refine import Refined
 from optimizer.coupled.scene import Scene
+from optimizer.coupled.sqp.refine import Refined
 from optimizer.events import Bounded
 from optimizer.layout import ArmCertificate, Certificate
 from optimizer.proof import relative_gap

@@ -9,8 +9,8 @@ import numpy as np
 
 from models.cell import Cell
 from optimizer.clearance import found_clearances
-from optimizer.coupled.refine import Refined
 from optimizer.coupled.scene import Scene
+from optimizer.coupled.sqp.refine import Refined
 from optimizer.faults import coupling_faults, floor_faults, path_faults
 from optimizer.findings import Alternative, Clearance
 from optimizer.layout import Placement, Reason

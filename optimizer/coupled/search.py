@@ -16,11 +16,11 @@ from optimizer.coupled.candidates.layouts import sample_layouts
 from optimizer.coupled.candidates.polish import polished
 from optimizer.coupled.candidates.short_task import LONG, ShortTask
 from optimizer.coupled.candidates.starts import Start, starts_of
-from optimizer.coupled.combine import combine
+from optimizer.coupled.combinations.combine import combine
+from optimizer.coupled.combinations.pool import alone_scene, pool_of, with_optimum
 from optimizer.coupled.obstructed import obstruction
-from optimizer.coupled.pool import alone_scene, pool_of, with_optimum
-from optimizer.coupled.refine import Refined, nearby, price_of, refine
 from optimizer.coupled.scene import LIMITS, Scene
+from optimizer.coupled.sqp.refine import Refined, nearby, price_of, refine
 from optimizer.events import Started
 from optimizer.layout import Reason
 from optimizer.program import ArmPoint

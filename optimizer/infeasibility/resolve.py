@@ -10,8 +10,8 @@ from models.cell import Cell
 from optimizer.coupled.candidates.followed import Followed
 from optimizer.coupled.candidates.layouts import sample_layouts
 from optimizer.coupled.candidates.starts import starts_of
-from optimizer.coupled.refine import refine
 from optimizer.coupled.scene import Scene
+from optimizer.coupled.sqp.refine import refine
 from optimizer.infeasibility.arm_conflict import arm_tree
 from optimizer.infeasibility.immediate import immediate_infeasibility
 from optimizer.program import ArmPoint

@@ -12,7 +12,7 @@ from models.cell import Cell
 from models.closed_form import closed_form
 from models.pose import inverse
 from optimizer.coupled.scene import Scene
-from optimizer.coupled.sensitivity import joints_by_base
+from optimizer.coupled.sqp.sensitivity import joints_by_base
 from optimizer.findings import Clearance
 from optimizer.layout import Placement
 from optimizer.measure import path_signs

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from models.cell import Cell
-from optimizer.coupled.refine import refine
 from optimizer.coupled.scene import Scene
+from optimizer.coupled.sqp.refine import refine
 from optimizer.findings import Relaxation
 from optimizer.program import ArmPoint
 from optimizer.why_not.changes import Change, Ladder, changes

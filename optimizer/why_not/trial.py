@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 from models.arm import Arm
 from models.cell import Cell
-from optimizer.coupled.combine import combine
+from optimizer.coupled.combinations.combine import combine
+from optimizer.coupled.combinations.pool import alone_scene, pool_of, with_optimum
 from optimizer.coupled.obstructed import obstruction
-from optimizer.coupled.pool import alone_scene, pool_of, with_optimum
-from optimizer.coupled.refine import refine
 from optimizer.coupled.scene import LIMITS, Scene
+from optimizer.coupled.sqp.refine import refine
 from optimizer.program import ArmPoint
 from optimizer.search import ArmSearch, search_arm
 from optimizer.settings import Settings

@@ -18,8 +18,8 @@ from models.screws import conditioning_of
 from models.surroundings import PairClass
 from models.wrist_singularity import wrist_shortfall
 from optimizer.coupled.obstructed import part_hits
-from optimizer.coupled.samples import Samples, sample_path
 from optimizer.coupled.scene import LIMITS, Scene, tie_violation, world_yaw
+from optimizer.coupled.sqp.samples import Samples, sample_path
 from optimizer.measure import path_signs
 from optimizer.program import ArmPoint
 from optimizer.verify import LIMITS as EXACT

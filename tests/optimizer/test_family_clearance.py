@@ -14,8 +14,8 @@ from models.pose import inverse, rotation_z, transform
 from models.shapes import Body, Sphere
 from models.task import Task
 from optimizer.clearance import check_clearance
-from optimizer.coupled.samples import sample_path
 from optimizer.coupled.scene import Scene as CoupledScene
+from optimizer.coupled.sqp.samples import sample_path
 from optimizer.evaluate import evaluate_layout
 from optimizer.layout import Outcome
 from optimizer.optimize import optimize

@@ -12,7 +12,7 @@ from models.coupling import Coupling
 from optimizer.coupled.candidates.followed import FollowedProblem
 from optimizer.coupled.candidates.placements import Placements, moved
 from optimizer.coupled.candidates.unknowns import TiedUnknowns
-from optimizer.coupled.place_tied import tie_lacks
+from optimizer.coupled.combinations.place_tied import tie_lacks
 
 STEPS, TURNS = 5, 12
 """Gauss-Newton steps onto the rows of positions, and of yaws; a turn that ends at a limit is made up for by others."""

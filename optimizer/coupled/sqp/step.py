@@ -13,8 +13,8 @@ import numpy as np
 import piqp
 
 from models.arrays import Floats
-from optimizer.coupled.linear_rows import LinearRows
-from optimizer.coupled.quadratic import Quadratic
+from optimizer.coupled.sqp.linear_rows import LinearRows
+from optimizer.coupled.sqp.quadratic import Quadratic
 
 TOLERANCE, DUAL_TOLERANCE = 1e-9, 1e-8
 """Of the scaled program: what its rows may lack, and how far from the best step it may be."""

@@ -7,7 +7,7 @@ import numpy as np
 from bench.cells import real_cell
 from optimizer.certificate.arm_tree import ArmTree
 from optimizer.certificate.certify import certify
-from optimizer.coupled.pool import alone_scene, own_lacks
+from optimizer.coupled.combinations.pool import alone_scene, own_lacks
 from optimizer.coupled.scene import Scene
 from optimizer.reduced import ReducedProblem, reduced_problem
 from optimizer.settings import CertificateSettings

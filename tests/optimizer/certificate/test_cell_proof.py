@@ -11,8 +11,8 @@ from models.arm import BaseRegion, Interval
 from models.cell import Cell
 from optimizer.certificate.cell_proof import CellProof, prove_cell
 from optimizer.certificate.leaves import excluded_shares
-from optimizer.coupled.refine import Refined
 from optimizer.coupled.scene import Scene
+from optimizer.coupled.sqp.refine import Refined
 from optimizer.program import ArmPoint
 from optimizer.reduced import reduced_problem
 from optimizer.settings import CertificateSettings

@@ -10,7 +10,7 @@ import pytest
 from models.coupling import Direction, Mirror, Rail, SameHeight
 from models.pose import rotation_z, transform
 from optimizer.coupled.candidates.unknowns import TiedUnknowns
-from optimizer.coupled.place_tied import tie_lacks
+from optimizer.coupled.combinations.place_tied import tie_lacks
 from tests.support.cells import beam_pair
 
 BOXES = np.array([[[-1.0, 0.5], [-0.8, 0.9], [0.0, 0.4]], [[-0.6, 1.2], [-0.9, 0.8], [0.1, 0.5]]])

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from optimizer.coupled.linear_rows import LinearRows
-from optimizer.coupled.quadratic import Quadratic
+from optimizer.coupled.sqp.linear_rows import LinearRows
+from optimizer.coupled.sqp.quadratic import Quadratic
 from optimizer.coupled.sqp.step import best_step
 
 NO_ROWS = LinearRows(np.zeros((0, 3)), np.zeros(0), np.zeros(0), np.zeros(0))

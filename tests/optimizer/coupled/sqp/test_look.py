@@ -12,9 +12,9 @@ from models.closed_form import closed_form
 from models.coupling import Distance, Mirror
 from models.floor import Floor
 from models.surroundings import Clearances
-from optimizer.coupled.look import look
-from optimizer.coupled.manifold import Unknowns, move
 from optimizer.coupled.scene import Scene
+from optimizer.coupled.sqp.look import look
+from optimizer.coupled.sqp.manifold import Unknowns, move
 from optimizer.program import ArmPoint
 from tests.support.cells import beam_pair
 
@@ -65,7 +65,7 @@ def agreement(scene, points, order) -> tuple[int, float]:
 
 
 def test_slopes_of_joints_floor_and_couplings_are_those_of_the_values(case, monkeypatch):
-    monkeypatch.setattr("optimizer.coupled.joint_rows.NEAR", 50.0)  # the same rows here and beside
+    monkeypatch.setattr("optimizer.coupled.sqp.joint_rows.NEAR", 50.0)  # the same rows here and beside
     scene, points = case
     count, share = agreement(replace(scene, model=None), points, lambda values: np.arange(len(values)))
     assert count > 1000
@@ -73,9 +73,9 @@ def test_slopes_of_joints_floor_and_couplings_are_those_of_the_values(case, monk
 
 
 def test_slopes_of_distances_are_those_of_the_values(case, monkeypatch):
-    monkeypatch.setattr("optimizer.coupled.cell_rows.NEAR", 50.0)
-    monkeypatch.setattr("optimizer.coupled.cell_rows.MOST_ROWS", 10_000)
-    monkeypatch.setattr("optimizer.coupled.look.add_joint_rows", lambda *given: None)
+    monkeypatch.setattr("optimizer.coupled.sqp.cell_rows.NEAR", 50.0)
+    monkeypatch.setattr("optimizer.coupled.sqp.cell_rows.MOST_ROWS", 10_000)
+    monkeypatch.setattr("optimizer.coupled.sqp.look.add_joint_rows", lambda *given: None)
     scene, points = case
     count, share = agreement(scene, points, lambda values: np.argsort(values, kind="stable"))
     assert count > 5000

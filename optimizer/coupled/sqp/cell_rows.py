@@ -14,8 +14,8 @@ from models.arrays import Floats
 from models.collision import Configurations
 from models.contact_gradient import contact_gradients
 from models.surroundings import PairClass
-from optimizer.coupled.linear_rows import RowCollector
 from optimizer.coupled.scene import Scene, world_yaw
+from optimizer.coupled.sqp.linear_rows import RowCollector
 from optimizer.pose_rows import BASE
 from optimizer.program import ArmPoint
 

@@ -16,12 +16,12 @@ from models.arrays import Floats
 from models.cell import Cell
 from models.surroundings import PairClass
 from optimizer.clearance import PathClearance
-from optimizer.coupled.linear_rows import LinearRows
-from optimizer.coupled.look import Look, look
-from optimizer.coupled.manifold import Unknowns, move
-from optimizer.coupled.quadratic import Quadratic, quadratic
-from optimizer.coupled.samples import sample_path
 from optimizer.coupled.scene import LIMITS, Scene
+from optimizer.coupled.sqp.linear_rows import LinearRows
+from optimizer.coupled.sqp.look import Look, look
+from optimizer.coupled.sqp.manifold import Unknowns, move
+from optimizer.coupled.sqp.quadratic import Quadratic, quadratic
+from optimizer.coupled.sqp.samples import sample_path
 from optimizer.coupled.sqp.step import Step, best_step
 from optimizer.events import Iterated
 from optimizer.measure import placed

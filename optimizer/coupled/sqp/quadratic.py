@@ -11,7 +11,7 @@ from models.arm import Arm
 from models.arrays import Floats
 from models.cell import Cell
 from models.pose import inverse
-from optimizer.coupled.manifold import Directions, Unknowns, directions
+from optimizer.coupled.sqp.manifold import Directions, Unknowns, directions
 from optimizer.path_samples import follow
 from optimizer.pose_rows import BASE
 from optimizer.program import ArmPoint

@@ -15,8 +15,8 @@ from models.arrays import Floats, Ints
 from models.cell import Cell
 from models.posture import ALL_SIGNS
 from optimizer.box import search_box, spread
-from optimizer.coupled.refine import price_of
 from optimizer.coupled.scene import Scene, world_yaw
+from optimizer.coupled.sqp.refine import price_of
 from optimizer.program import ArmPoint
 from optimizer.reduced import ReducedProblem, conditioning_shortfall, evaluate
 from optimizer.single_arm.redundant.varied_paths import varied_paths

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from models.arrays import Floats, Ints
-from optimizer.coupled.manifold import Directions, Unknowns
-from optimizer.coupled.samples import Samples
+from optimizer.coupled.sqp.manifold import Directions, Unknowns
+from optimizer.coupled.sqp.samples import Samples
 
 
 @dataclass(frozen=True, eq=False, slots=True)

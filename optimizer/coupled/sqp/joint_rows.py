@@ -9,8 +9,8 @@ from models.arrays import Floats, Ints
 from models.branches import posture_terms
 from models.closed_form import ClosedForm, closed_form
 from models.singular_margins import ELBOW, SHOULDER, SPARE, margins_along
-from optimizer.coupled.linear_rows import RowCollector
 from optimizer.coupled.scene import Scene
+from optimizer.coupled.sqp.linear_rows import RowCollector
 from optimizer.pose_rows import BASE
 from optimizer.program import ArmPoint
 from optimizer.single_arm.conditioning_cuts import NUDGE, conditioning_gradients

@@ -10,10 +10,10 @@ import numpy as np
 
 from models.arrays import Floats
 from models.cell import Cell
-from optimizer.coupled.place_tied import tied
-from optimizer.coupled.pool import Member, Pool
-from optimizer.coupled.refine import nearby, price_of
+from optimizer.coupled.combinations.place_tied import tied
+from optimizer.coupled.combinations.pool import Member, Pool
 from optimizer.coupled.scene import LIMITS, Scene
+from optimizer.coupled.sqp.refine import nearby, price_of
 from optimizer.program import ArmPoint
 from optimizer.reduced import ReducedProblem
 from optimizer.watch import check_stop

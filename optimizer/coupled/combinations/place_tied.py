@@ -9,7 +9,7 @@ import numpy as np
 from models.arm import Arm
 from models.arrays import Floats
 from models.coupling import Coupling
-from optimizer.coupled.pool import Member
+from optimizer.coupled.combinations.pool import Member
 from optimizer.program import ArmPoint
 from optimizer.reduced import ReducedProblem, evaluate_signed
 

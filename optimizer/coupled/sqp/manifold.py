@@ -16,8 +16,8 @@ from models.arrays import Floats, Ints
 from models.cell import Cell
 from models.chain import chain_of
 from models.screws import forward_and_jacobian
-from optimizer.coupled.on_task import REACHED, brought_onto
-from optimizer.coupled.sensitivity import joints_by_base
+from optimizer.coupled.sqp.on_task import REACHED, brought_onto
+from optimizer.coupled.sqp.sensitivity import joints_by_base
 from optimizer.pose_rows import BASE
 from optimizer.program import ArmPoint
 

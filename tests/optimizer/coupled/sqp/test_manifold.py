@@ -8,8 +8,8 @@ import pytest
 from models.cell import Cell
 from models.kinematics import flange_poses
 from models.task import Task
-from optimizer.coupled.manifold import Unknowns, directions, move
-from optimizer.coupled.quadratic import quadratic
+from optimizer.coupled.sqp.manifold import Unknowns, directions, move
+from optimizer.coupled.sqp.quadratic import quadratic
 from optimizer.measure import objective_of
 from optimizer.program import ArmPoint
 from tests.support.arms import make_arm

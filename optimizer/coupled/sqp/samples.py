@@ -10,7 +10,7 @@ import numpy as np
 from models.arrays import Floats, Ints
 from models.cell import Cell
 from models.pose import inverse
-from optimizer.coupled.on_task import REACHED, brought_onto
+from optimizer.coupled.sqp.on_task import REACHED, brought_onto
 from optimizer.path_samples import ObjectPath
 from optimizer.program import ArmPoint
 

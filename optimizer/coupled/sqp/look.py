@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from models.surroundings import PairClass
-from optimizer.coupled.cell_rows import add_contacts, add_floor, add_ties
-from optimizer.coupled.joint_rows import add_joint_rows
-from optimizer.coupled.linear_rows import LinearRows, RowCollector
-from optimizer.coupled.manifold import Directions, Unknowns, directions
-from optimizer.coupled.samples import sample_path
 from optimizer.coupled.scene import Scene
+from optimizer.coupled.sqp.cell_rows import add_contacts, add_floor, add_ties
+from optimizer.coupled.sqp.joint_rows import add_joint_rows
+from optimizer.coupled.sqp.linear_rows import LinearRows, RowCollector
+from optimizer.coupled.sqp.manifold import Directions, Unknowns, directions
+from optimizer.coupled.sqp.samples import sample_path
 from optimizer.program import ArmPoint
 
 

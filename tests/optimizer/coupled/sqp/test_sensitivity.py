@@ -7,7 +7,7 @@ import pytest
 
 from models.kinematics import flange_poses
 from models.pose import rotation_x, rotation_z, transform
-from optimizer.coupled.sensitivity import joints_by_base
+from optimizer.coupled.sqp.sensitivity import joints_by_base
 from optimizer.path_samples import follow
 from tests.support.arms import make_arm, random_joints
 

@@ -16,22 +16,22 @@ from fastapi.telemetry import TelemetryConfig
 from service import error_handlers, metrics, openapi, telemetry
 from service.api import docs, evaluate, events, health, layouts, meshes, robots
 from service.api.state import State
-from service.dispatch import Rules
 from service.evaluations import Evaluations
-from service.executor import Executor
-from service.health import Monitor
 from service.intake import Intake
 from service.issues import InvalidRequest
-from service.jobs import Capacity, Jobs
+from service.jobs.dispatcher import Rules
+from service.jobs.jobs import Capacity, Jobs
 from service.keys import keyring
 from service.library import Library
 from service.middleware import stack
-from service.pool import ProcessExecutor
 from service.robots import load_catalogue, take_catalogue
 from service.settings import Settings
 from service.store.job_store import JobStore
 from service.store.sql import SqlJobStore
 from service.version import package_version
+from service.workers.executor import Executor
+from service.workers.health import Monitor
+from service.workers.pool import ProcessExecutor
 
 log = logging.getLogger(__name__)
 

@@ -37,7 +37,7 @@ def check(source: str, output: str | None, urdfs: Sequence[str]) -> int:
         return complain(error.issues)
     except NotJson as error:
         return complain([Issue("", error.detail)])
-    from service.solving import evaluate_request
+    from service.workers.solving import evaluate_request
 
     created = datetime.now(UTC)
     try:

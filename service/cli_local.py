@@ -14,11 +14,11 @@ from optimizer.watch import Cancelled, watching
 from service.accept import Accepted
 from service.cli import Exit
 from service.cli_progress import display
-from service.executor import Report
 from service.library import Library
-from service.pool import GRACE, limit_threads
-from service.reports import Reports
 from service.resources import solved_here
+from service.workers.executor import Report
+from service.workers.pool import GRACE, limit_threads
+from service.workers.reports import Reports
 
 
 def solve_here(accepted: Accepted, library: Library) -> dict[str, Any]:
@@ -46,7 +46,7 @@ def _solve(accepted: Accepted, library: Library, report: Report) -> dict[str, An
 
     def work() -> None:
         try:
-            from service.solving import solve_request
+            from service.workers.solving import solve_request
 
             with watching(Reports(report), stop.is_set):
                 result = solve_request(accepted.text, accepted.request_hash, accepted.time_limit, library)

@@ -10,7 +10,7 @@ from typing import Any
 import httpx2
 
 from service.cli_progress import display
-from service.executor import Report
+from service.workers.executor import Report
 
 RETRIES, PAUSE = 5, 1.0
 """Times that a request is sent whose answer got lost, and s in between."""

@@ -12,8 +12,8 @@ from pydantic import ValidationError
 from service.cli_input import complain
 from service.issues import Issue
 from service.keys import KeysUnusable, keyring
-from service.pool import ProcessExecutor
 from service.settings import Settings
+from service.workers.pool import ProcessExecutor
 
 AFTER_DRAIN = 3.0
 """s that open connections are given when the last solve has ended or was put back."""

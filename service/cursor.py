@@ -7,7 +7,7 @@ import binascii
 from datetime import datetime
 
 from service.issues import Issue
-from service.job import is_job_id
+from service.jobs.job import is_job_id
 from service.problems import Problem
 
 

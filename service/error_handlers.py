@@ -12,9 +12,9 @@ from starlette.exceptions import HTTPException
 
 from models.errors import DuocellError
 from service.issues import InvalidRequest, Issue
+from service.jobs.job_errors import Refused
 from service.middleware.routes import route_of
 from service.problems import BY_STATUS, KINDS, Problem, phrase, response
-from service.refusals import Refused
 from service.store.job_store import StoreUnavailable
 from service.strict_json import NotJson
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from service.accept import Accepted
-from service.executor import Executor, SolveFailed
 from service.problems import Problem
-from service.worker import Answer
+from service.workers.executor import Executor, SolveFailed
+from service.workers.worker import Answer
 
 RETRY_AFTER = "1"
 FAULTS = ("internal", "solver-failure")

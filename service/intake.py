@@ -23,7 +23,7 @@ log = logging.getLogger(__name__)
 
 Made = TypeVar("Made")
 
-PRELOAD = "service.preload"
+PRELOAD = "service.workers.preload"
 """What the server process of `multiprocessing` has loaded, which all processes are forked from."""
 
 RETRY_AFTER = "5"

@@ -7,7 +7,7 @@ from datetime import datetime
 from typing import Any
 
 from service.accept import Accepted
-from service.job import Job, JobStatus
+from service.jobs.job import Job, JobStatus
 from service.older_results import completed
 
 

@@ -12,7 +12,7 @@ from fastapi.sse import KEEPALIVE_COMMENT, EventSourceResponse, format_sse_event
 
 from service.api.layouts import PROBLEM, not_found
 from service.api.state import State, StateOf
-from service.job import is_job_id
+from service.jobs.job import is_job_id
 
 router = APIRouter(prefix="/v1/layouts", tags=["layouts"])
 

@@ -14,7 +14,7 @@ from service.api.state import StateOf
 from service.body import json_body
 from service.cursor import decode, encode
 from service.idempotency import idempotency_key
-from service.job import Job, JobStatus, is_job_id
+from service.jobs.job import Job, JobStatus, is_job_id
 from service.moments import moment_of
 from service.prefer import preferred_wait
 from service.problems import Problem

@@ -8,11 +8,11 @@ from typing import Annotated
 from fastapi import Depends, Request
 
 from service.evaluations import Evaluations
-from service.health import Monitor
 from service.intake import Intake
-from service.jobs import Jobs
+from service.jobs.jobs import Jobs
 from service.library import Library
 from service.settings import Settings
+from service.workers.health import Monitor
 
 
 @dataclass(frozen=True, slots=True)

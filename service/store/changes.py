@@ -12,7 +12,7 @@ from typing import Any
 from sqlalchemy import BindParameter, Connection, Table, bindparam, delete, insert, inspect, select, update
 from sqlalchemy.dialects import postgresql, sqlite
 
-from service.job import Ending, Job, JobEvent, JobStatus
+from service.jobs.job import Ending, Job, JobEvent, JobStatus
 from service.store.rows import head_of, values_of, whole_of
 from service.store.tables import EventRow, JobRow, Pulse
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Protocol
 
-from service.job import Ending, Job, JobEvent, JobStatus
+from service.jobs.job import Ending, Job, JobEvent, JobStatus
 
 
 class StoreUnavailable(Exception):

@@ -6,7 +6,7 @@ from typing import Any
 
 from sqlalchemy import Row
 
-from service.job import Failure, Job, JobStatus
+from service.jobs.job import Failure, Job, JobStatus
 from service.store.tables import JobRow
 
 

@@ -14,7 +14,7 @@ from sqlalchemy import Connection, func, literal, select, tuple_
 from sqlalchemy.exc import DBAPIError, IntegrityError, SQLAlchemyError
 from sqlalchemy.orm import Session, undefer
 
-from service.job import Ending, Job, JobEvent
+from service.jobs.job import Ending, Job, JobEvent
 from service.store import changes
 from service.store.engine import IMMEDIATE, lock_file, make_engine
 from service.store.job_store import JobFilter, Keyed, KeyTaken, StoreUnavailable

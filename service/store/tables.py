@@ -10,7 +10,7 @@ from sqlalchemy.engine import Dialect
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 from sqlalchemy.types import TypeDecorator
 
-from service.job import JobStatus
+from service.jobs.job import JobStatus
 
 STATES = ", ".join(f"'{status.value}'" for status in JobStatus)
 
@@ -38,7 +38,7 @@ class Base(DeclarativeBase):
 
 
 class JobRow(Base):
-    """A job; see `service.job.Job`. The long texts come last: SQLite reads a row from its beginning."""
+    """A job; see `service.jobs.job.Job`. The long texts come last: SQLite reads a row from its beginning."""
 
     __tablename__ = "jobs"
     __table_args__ = (
@@ -74,7 +74,7 @@ class JobRow(Base):
 
 
 class EventRow(Base):
-    """An event of a job; see `service.job.JobEvent`."""
+    """An event of a job; see `service.jobs.job.JobEvent`."""
 
     __tablename__ = "events"
     __table_args__ = ({"sqlite_with_rowid": False},)

@@ -8,7 +8,7 @@ from pathlib import Path
 from optimizer import events
 from optimizer.events import Event
 from service.cli import parser
-from service.job import JobStatus
+from service.jobs.job import JobStatus
 from service.problems import KINDS
 from service.schemas.resources import Failure
 from service.settings import Settings

@@ -22,8 +22,8 @@ from service.cli import main, parser
 from service.convert import cell_of, settings_of
 from service.schemas.request import EXAMPLE, LayoutRequest
 from service.settings import Settings
-from service.solving import evaluate_request
 from service.validation import validate
+from service.workers.solving import evaluate_request
 from tests.support.markdown import Block, assert_shown, blocks_of, tokens
 
 ROOT = Path(__file__).parents[2]

@@ -14,11 +14,11 @@ from fastapi.testclient import TestClient
 from optimizer.layout import Layout, Outcome, Placement, Search, Verification
 from service.app import create_app
 from service.documents import result_document
-from service.executor import Report, SolveFailed, Task
 from service.schemas.evaluate import EvaluateRequest
 from service.schemas.request import EXAMPLE, LayoutRequest
 from service.settings import Settings
-from service.worker import Answer
+from service.workers.executor import Report, SolveFailed, Task
+from service.workers.worker import Answer
 
 
 def made_up_layout(request: LayoutRequest) -> Layout:

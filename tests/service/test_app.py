@@ -11,11 +11,11 @@ from fastapi.testclient import TestClient
 
 from models import catalogue, errors
 from service.app import create_app
-from service.executor import SolveFailed
 from service.intake import Intake
 from service.problems import KINDS
 from service.robots import load_catalogue
 from service.settings import Settings
+from service.workers.executor import SolveFailed
 
 Make = Callable[..., TestClient]
 
@@ -175,7 +175,7 @@ def test_no_longer_ready_once_the_self_test_fails(client_with: Make, fake: Any) 
 def test_an_old_self_test_proves_nothing(client_with: Make, monkeypatch: pytest.MonkeyPatch) -> None:
     client = client_with(self_test_every=20.0)
     ready(client)
-    monkeypatch.setattr("service.health.MAX_AGE", 0.0)
+    monkeypatch.setattr("service.workers.health.MAX_AGE", 0.0)
     assert client.get("/readyz").status_code == 503
 
 

@@ -17,8 +17,8 @@ import uvicorn
 from service.app import create_app
 from service.cli import main
 from service.cli_progress import shown
-from service.executor import SolveFailed
 from service.settings import Settings
+from service.workers.executor import SolveFailed
 
 Document = dict[str, Any]
 COMMAND = [sys.executable, "-m", "service.cli"]

@@ -10,8 +10,8 @@ import pytest
 from fastapi.testclient import TestClient
 
 from service.accept import hash_of
-from service.executor import SolveFailed
 from service.schemas.evaluate import EVALUATE_EXAMPLE
+from service.workers.executor import SolveFailed
 
 Document = dict[str, Any]
 WAIT = {"Prefer": "wait=30"}

@@ -8,7 +8,7 @@ from typing import Any
 
 from fastapi.testclient import TestClient
 
-from service.executor import WorkerDied
+from service.workers.executor import WorkerDied
 from tests.support.server import has, until
 
 Document = dict[str, Any]

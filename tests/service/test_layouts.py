@@ -10,7 +10,7 @@ import pytest
 from fastapi.testclient import TestClient
 
 from service.accept import hash_of
-from service.executor import SolveFailed
+from service.workers.executor import SolveFailed
 
 Document = dict[str, Any]
 Make = Callable[..., TestClient]

@@ -27,9 +27,9 @@ from service.mesh_intake import mesh_from_file
 from service.robot_intake import RobotFiles, robot_from_files
 from service.settings import Limits, Settings
 from service.shelf import Shelf
-from service.solving import solve_request
 from service.user_mesh import mesh_document
 from service.user_robot import UserRobot, as_document, from_document, shape_document, shape_from
+from service.workers.solving import solve_request
 from tests.support import own_robot
 from tests.support.solids import KINDS, SEED, random_pose, random_shape
 

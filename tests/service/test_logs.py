@@ -150,7 +150,7 @@ def test_unknown_addresses_are_cut_and_have_no_route(written: Callable[..., Log]
 
 def test_what_is_bound_stands_in_every_line_inside_and_in_none_outside(written: Callable[..., Log]) -> None:
     log = written()
-    logger = logging.getLogger("service.jobs")
+    logger = logging.getLogger("service.jobs.jobs")
     with logs.about(job_id="5f0c"):
         logger.warning("the pool of workers broke (%s)", "why")
         with logs.about(start="3"):

@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from service.job import Job, JobStatus
+from service.jobs.job import Job, JobStatus
 from service.older_results import completed
 from service.resources import layout_text, summary
 from service.schemas.resources import LayoutSummary

@@ -19,7 +19,7 @@ from service.accept import accept
 from service.app import create_app
 from service.library import Library
 from service.settings import Settings
-from service.solving import solve_request
+from service.workers.solving import solve_request
 from tests.service.conftest import FakeExecutor
 from tests.support import own_robot
 from tests.support.own_robot import BASE, UPPER, WRIST, urdf, zipped

@@ -13,7 +13,7 @@ from service.accept import accept
 from service.issues import InvalidRequest
 from service.schemas.request import EXAMPLE
 from service.settings import Settings
-from service.solving import solve_request
+from service.workers.solving import solve_request
 
 Document = dict[str, Any]
 

@@ -16,7 +16,7 @@ from optimizer.program import ArmPoint
 from optimizer.progress.incumbents import arm_found, layout_found, recording
 from optimizer.settings import Settings
 from optimizer.watch import watching
-from service.reports import text_of
+from service.workers.reports import text_of
 from tests.support.acceptance import load
 
 LINE, _ = load("line")

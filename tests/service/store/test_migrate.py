@@ -9,7 +9,7 @@ import pytest
 from alembic import command
 from alembic.script import ScriptDirectory
 
-from service.job import JobStatus
+from service.jobs.job import JobStatus
 from service.store.engine import FILE, make_engine, sqlite_url
 from service.store.job_store import JobFilter, StoreUnavailable
 from service.store.migrate import HEAD, configuration, revision, upgrade

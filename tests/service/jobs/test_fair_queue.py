@@ -6,15 +6,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.waiting import Waiting
+from service.jobs.fair_queue import FairQueue
 
 
-def drained(waiting: Waiting) -> list[str]:
+def drained(waiting: FairQueue) -> list[str]:
     return [waiting.next() for _ in range(len(waiting))]
 
 
 def test_one_client_is_served_in_order() -> None:
-    waiting = Waiting()
+    waiting = FairQueue()
     for job in "abc":
         waiting.add("", job)
     assert drained(waiting) == ["a", "b", "c"]
@@ -23,14 +23,14 @@ def test_one_client_is_served_in_order() -> None:
 
 
 def test_clients_take_turns() -> None:
-    waiting = Waiting()
+    waiting = FairQueue()
     for job in ("a1", "a2", "a3", "b1", "c1", "c2"):
         waiting.add(job[0], job)
     assert drained(waiting) == ["a1", "b1", "c1", "a2", "c2", "a3"]
 
 
 def test_a_second_try_comes_before_everything_else() -> None:
-    waiting = Waiting()
+    waiting = FairQueue()
     for job in ("a1", "b1", "b2"):
         waiting.add(job[0], job)
     waiting.add_first("b", "b0")
@@ -38,7 +38,7 @@ def test_a_second_try_comes_before_everything_else() -> None:
 
 
 def test_a_job_can_be_taken_out() -> None:
-    waiting = Waiting()
+    waiting = FairQueue()
     for job in ("a1", "a2", "b1"):
         waiting.add(job[0], job)
     assert waiting.remove("a", "a1")
@@ -50,7 +50,7 @@ def test_a_job_can_be_taken_out() -> None:
 
 @given(st.lists(st.sampled_from("abcd"), max_size=40))
 def test_nobody_waits_longer_than_a_round_for_each_of_his_jobs(clients: list[str]) -> None:
-    waiting = Waiting()
+    waiting = FairQueue()
     sent: defaultdict[str, list[str]] = defaultdict(list)
     for number, client in enumerate(clients):
         sent[client].append(f"{client}{number}")

@@ -7,14 +7,14 @@ import json
 from datetime import UTC, datetime
 from typing import Any
 
-from service.job import JobEvent
+from service.jobs.job import JobEvent
 from service.resources import timestamp
 
 STRIDE = 100_000
 """Events of a job are numbered from its revision times this: numbers rise also across a restart that lost a few."""
 
 
-class Feed:
+class EventLog:
     """Numbers events, hands them to those who follow, and remembers up to where they are stored."""
 
     def __init__(self) -> None:

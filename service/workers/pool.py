@@ -11,10 +11,11 @@ from multiprocessing import forkserver
 from pathlib import Path
 from typing import Any
 
-from service import metrics, worker
-from service.executor import Report, SolveFailed, Task, WorkerDied
-from service.worker import Answer
-from service.worker_process import WorkerProcess, context
+from service import metrics
+from service.workers import worker
+from service.workers.executor import Report, SolveFailed, Task, WorkerDied
+from service.workers.worker import Answer
+from service.workers.worker_process import WorkerProcess, context
 
 log = logging.getLogger(__name__)
 
@@ -174,7 +175,7 @@ class ProcessExecutor:
     async def _run(
         self, function: Callable[..., Answer], arguments: tuple[Any, ...], stop_after: float, report: Report
     ) -> Answer:
-        """Call a function of `service.worker` in a worker."""
+        """Call a function of `service.workers.worker` in a worker."""
         one = await self._take()
         cancelled = asyncio.Event()
         # A task of its own, so that nothing can come between a solve that is stopped and its worker's return.

@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from models.errors import DuocellError
 from optimizer.watch import Cancelled, watching
 from service import logs
-from service.frames import receive, send
-from service.self_test import SELF_TEST, check
+from service.workers.messages import receive, send
+from service.workers.self_test import SELF_TEST, check
 
 if TYPE_CHECKING:
     from service.library import Library
@@ -116,7 +116,7 @@ def _listen(channel: socket.socket, runs: queue.SimpleQueue[Run], stops: set[int
 
 def _carry_out(run: Run, channel: socket.socket, stops: set[int]) -> Answer:
     """One run, followed and stopped through the channel."""
-    from service.reports import Reports
+    from service.workers.reports import Reports
 
     reports = Reports(lambda kind, data: send(channel, Told(run.number, kind, data)))
     with watching(reports, lambda: run.number in stops):
@@ -127,7 +127,7 @@ def solve(text: str, request_hash: str, time_limit: float, data_dir: Path | None
     """Solve an accepted request; what it names of users' robots and meshes lies in ``data_dir``."""
 
     def work() -> dict[str, Any]:
-        from service.solving import solve_request
+        from service.workers.solving import solve_request
 
         return solve_request(text, request_hash, time_limit, _library(data_dir))
 
@@ -138,7 +138,7 @@ def evaluate(text: str, request_hash: str, data_dir: Path | None = None) -> Answ
     """Evaluate the layout of an accepted request; ``data_dir`` as for `solve`."""
 
     def work() -> dict[str, Any]:
-        from service.solving import evaluate_request
+        from service.workers.solving import evaluate_request
 
         return evaluate_request(text, request_hash, _library(data_dir))
 

@@ -14,11 +14,11 @@ import pytest
 from fastapi.testclient import TestClient
 
 from service.accept import accept
-from service.executor import SolveFailed, Task, WorkerDied
-from service.pool import GRACE, ProcessExecutor
 from service.schemas.request import EXAMPLE
 from service.settings import Settings
-from service.worker import Answer
+from service.workers.executor import SolveFailed, Task, WorkerDied
+from service.workers.pool import GRACE, ProcessExecutor
+from service.workers.worker import Answer
 
 Document = dict[str, Any]
 

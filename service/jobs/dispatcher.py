@@ -13,12 +13,12 @@ from math import ceil
 from typing import Any, TypeVar
 
 from service import logs, metrics, telemetry
-from service.executor import Executor, SolveFailed, Task, WorkerDied
-from service.feed import Feed
-from service.job import Ending, Failure, Job, JobEvent, JobStatus
+from service.jobs.event_log import EventLog
+from service.jobs.fair_queue import FairQueue
+from service.jobs.job import Ending, Failure, Job, JobEvent, JobStatus
 from service.store.job_store import JobStore, StoreUnavailable
-from service.waiting import Waiting
-from service.worker import Answer
+from service.workers.executor import Executor, SolveFailed, Task, WorkerDied
+from service.workers.worker import Answer
 
 log = logging.getLogger(__name__)
 
@@ -57,7 +57,7 @@ class Active:
     """
 
     job: Job
-    feed: Feed = field(default_factory=Feed)
+    feed: EventLog = field(default_factory=EventLog)
     finished: asyncio.Future[Job | None] = field(default_factory=lambda: asyncio.get_running_loop().create_future())
     solving: asyncio.Task[Answer] | None = None
     called_off: bool = False
@@ -85,7 +85,7 @@ class Dispatcher:
         self._store = store
         self._executor = executor
         self._rules = rules
-        self._waiting = Waiting()
+        self._waiting = FairQueue()
         self._free = rules.workers
         self._tasks: set[asyncio.Task[None]] = set()
         self._draining = False

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import OrderedDict, deque
 
 
-class Waiting:
+class FairQueue:
     """Jobs that wait for a worker. Where clients are not told apart, the one that came first is next."""
 
     def __init__(self) -> None:

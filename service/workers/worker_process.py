@@ -14,14 +14,14 @@ from itertools import count
 from multiprocessing.context import ForkServerContext, ForkServerProcess
 from typing import Any, Self
 
-from service import worker
-from service.executor import Report, WorkerDied
-from service.frames import frame, next_message
-from service.worker import Answer, Done, Run, Stop, Told
+from service.workers import worker
+from service.workers.executor import Report, WorkerDied
+from service.workers.messages import frame, next_message
+from service.workers.worker import Answer, Done, Run, Stop, Told
 
 log = logging.getLogger(__name__)
 
-PRELOAD = "service.preload"
+PRELOAD = "service.workers.preload"
 
 _numbers = count(1)
 

@@ -3,11 +3,11 @@
 import asyncio
 import json
 
-from service.feed import STRIDE, Feed
+from service.jobs.event_log import STRIDE, EventLog
 
 
 def test_numbers_rise_from_state_to_state_and_in_between() -> None:
-    feed = Feed()
+    feed = EventLog()
     events = [feed.state(1, "status", status="queued"), feed.state(2, "status", status="running")]
     feed.tell(*events)
     feed.note("stage", '{"done": 0.5}')
@@ -17,7 +17,7 @@ def test_numbers_rise_from_state_to_state_and_in_between() -> None:
 
 
 def test_data_are_json_with_the_time() -> None:
-    feed = Feed()
+    feed = EventLog()
     feed.note("stage", '{"done": 0.5}')
     feed.note("stage", "{}")
     feed.tell(feed.state(2, "done", name='"ü"'))
@@ -27,7 +27,7 @@ def test_data_are_json_with_the_time() -> None:
 
 
 def test_what_is_stored_is_not_stored_again() -> None:
-    feed = Feed()
+    feed = EventLog()
     for _ in range(3):
         feed.note("stage", "{}")
     first = feed.unsaved()
@@ -40,7 +40,7 @@ def test_what_is_stored_is_not_stored_again() -> None:
 
 def test_everybody_who_waits_is_told() -> None:
     async def story() -> None:
-        feed = Feed()
+        feed = EventLog()
         followers = [asyncio.create_task(feed.news(10.0)) for _ in range(3)]
         await asyncio.sleep(0)
         feed.note("stage", "{}")

@@ -5,6 +5,6 @@ A worker so starts in milliseconds, warm, and shares the memory of what is loade
 
 from __future__ import annotations
 
-from service import worker
+from service.workers import worker
 
 worker.self_test()

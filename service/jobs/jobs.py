@@ -10,12 +10,12 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
 from service.accept import Accepted
-from service.dispatch import Active, Dispatcher, Rules
-from service.executor import Executor
-from service.feed import Feed
-from service.job import Ending, Failure, Job, JobEvent, JobStatus
-from service.refusals import AlreadyFinished, Closing, KeyBusy, KeyReused, NotFinished, QueueFull
+from service.jobs.dispatcher import Active, Dispatcher, Rules
+from service.jobs.event_log import EventLog
+from service.jobs.job import Ending, Failure, Job, JobEvent, JobStatus
+from service.jobs.job_errors import AlreadyFinished, Closing, KeyBusy, KeyReused, NotFinished, QueueFull
 from service.store.job_store import JobFilter, JobStore, KeyTaken, StoreUnavailable
+from service.workers.executor import Executor
 
 log = logging.getLogger(__name__)
 
@@ -265,10 +265,10 @@ class Jobs:
         most, number = self._rules.max_attempts, job.attempts
         detail = f"The service ended in the middle of attempt {number} of {most}."
         if number < most:
-            event = Feed().state(job.revision + 1, "status", status="queued", detail=detail)
+            event = EventLog().state(job.revision + 1, "status", status="queued", detail=detail)
             return self._store.put_back(job.id, number, [event], counted=True)
         error = {"code": "interrupted", "detail": detail}
-        event = Feed().state(job.revision + 1, "done", status="failed", error=error)
+        event = EventLog().state(job.revision + 1, "done", status="failed", error=error)
         self._store.finish(job.id, number, Ending(JobStatus.FAILED, failure=Failure(**error)), [event])
         self._finished_before += 1
         return None

@@ -4,7 +4,7 @@ import json
 from math import inf, nan
 
 from optimizer.events import Bounded, Iterated, Stage
-from service.reports import Reports
+from service.workers.reports import Reports
 
 
 class Clock:

@@ -7,15 +7,15 @@ import json
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from service.amounts import check_amounts
 from service.convert import cell_of, joints_of
 from service.library import Library
-from service.limits import check_sizes
 from service.schemas.evaluate import EvaluateRequest
 from service.schemas.request import Certificate, LayoutRequest
 from service.settings import Limits
-from service.strict_json import parse
 from service.validation import validate
+from service.validation.count_limits import check_amounts
+from service.validation.range_limits import check_sizes
+from service.validation.strict_json import parse
 
 Asked = TypeVar("Asked", bound=LayoutRequest)
 

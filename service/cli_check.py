@@ -16,7 +16,7 @@ from service.cli_solve import check_writable, exit_code, show
 from service.issues import InvalidRequest, Issue
 from service.resources import solved_here
 from service.settings import Settings
-from service.strict_json import NotJson, parse
+from service.validation.strict_json import NotJson, parse
 
 SLACK = 1e-9
 """m or rad, of the region of a base."""

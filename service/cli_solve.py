@@ -14,7 +14,7 @@ from service.cli import Exit
 from service.cli_input import complain, library_from, read
 from service.issues import InvalidRequest, Issue
 from service.settings import Settings
-from service.strict_json import NotJson, parse
+from service.validation.strict_json import NotJson, parse
 
 BAD_REQUESTS = (400, 413, 415, 422)
 """Answers that blame the request."""

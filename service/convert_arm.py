@@ -20,8 +20,8 @@ from models.reference import mid_range
 from models.robot import Robot
 from service.convert_pose import check_radians, pose_of
 from service.issues import Issues
-from service.limits import as_list
 from service.schemas.arm import Arm, Base, DhTable, Posture
+from service.validation.range_limits import as_list
 
 SLACK = 1e-9
 """rad; a reference may differ from the limit it stands on in the last digit."""

@@ -16,7 +16,7 @@ from service.jobs.job_errors import Refused
 from service.middleware.routes import route_of
 from service.problems import BY_STATUS, KINDS, Problem, phrase, response
 from service.store.job_store import StoreUnavailable
-from service.strict_json import NotJson
+from service.validation.strict_json import NotJson
 
 log = logging.getLogger(__name__)
 

@@ -18,8 +18,8 @@ from bench.tasks import all_tasks, free_height, quick_tasks, thesis_line
 from optimizer.reduced import evaluate, reduced_problem
 from service.convert import cell_of
 from service.schemas.request import LayoutRequest
-from service.strict_json import parse
 from service.validation import validate
+from service.validation.strict_json import parse
 
 OPTIMUM = 68.4789064
 BEST = np.array([0.1561, 0.9551, -0.8767])

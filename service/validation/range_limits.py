@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from service.amounts import CODE
 from service.issues import InvalidRequest, Issue, pointer_of
 from service.schemas.arm import Arm, DhTable
 from service.schemas.coupling import Direction, Distance, Mirror, Rail
 from service.schemas.request import Certificate, LayoutRequest
 from service.schemas.task import ArcByCenter, ArcByRadius, ArcTask, PosesTask, Task
 from service.settings import Limits
+from service.validation.count_limits import CODE
 
 
 def check_sizes(request: LayoutRequest, limits: Limits) -> None:

@@ -14,8 +14,10 @@ from service.schemas.request import Certificate, LayoutRequest
 from service.settings import Limits
 from service.validation import validate
 from service.validation.count_limits import check_amounts
+from service.validation.pieces import check_pieces
 from service.validation.range_limits import check_sizes
 from service.validation.strict_json import parse
+from service.validation.structure import check_structure
 
 Asked = TypeVar("Asked", bound=LayoutRequest)
 
@@ -71,11 +73,15 @@ def accept_evaluation(body: bytes, limits: Limits, library: Library | None = Non
 
 def _read(kind: type[Asked], body: bytes, limits: Limits, library: Library | None) -> Asked:
     """The request as it will be carried out; what it means is still to be seen."""
+    check_structure(body, limits)
     document = parse(body)
     check_amounts(document, limits)
     request = validate(kind, document)
     check_sizes(request, limits)
-    return request if library is None else _pinned(request, library)
+    if library is None:
+        return request
+    check_pieces(request, library, limits)
+    return _pinned(request, library)
 
 
 def _accepted(request: LayoutRequest, body: bytes, times: tuple[float, float], runs: int) -> Accepted:

@@ -12,7 +12,7 @@ from models.family import Job, family
 from models.task import Task as ModelTask
 from models.task import arc_about_normal, arc_through_center, line, task_from_poses
 from service.convert_pose import pose_of
-from service.issues import Issues, pointer_of
+from service.issues import Issues, pointer_of, shortened
 from service.schemas.request import LayoutRequest
 from service.schemas.task import ArcByCenter, ArcByRadius, LineTask, PosesTask, Task
 
@@ -27,11 +27,13 @@ def task_of(request: LayoutRequest, issues: Issues) -> ModelTask | None:
         return _path(request.task, "/task", issues)
     jobs = []
     names = [job.name for job in request.tasks or []]
+    taken: set[str] = set()
     for index, job in enumerate(request.tasks or []):
-        if job.name in names[:index]:
+        if job.name in taken:
             issues.add(
                 f"/tasks/{index}/name", f"Another job is called {job.name!r} too; names must be unique. Rename one."
             )
+        taken.add(job.name)
         path = _path(job.task, f"/tasks/{index}/task", issues)
         if path is not None:
             jobs.append(Job(job.name, path, job.weight))
@@ -47,7 +49,7 @@ def with_grasps(request: LayoutRequest, arms: Sequence[Arm | None], issues: Issu
         for name, pose in job.grasps.items():
             pointer = pointer_of(["tasks", index, "grasps", name])
             if name not in names:
-                issues.add(pointer, f"No arm is called {name!r}; the arms are {', '.join(map(repr, names))}.")
+                issues.add(pointer, f"No arm is called {shortened(name)}; the arms are {', '.join(map(repr, names))}.")
             given[index, name] = pose_of(pose, pointer, issues)
     made = []
     for arm in arms:

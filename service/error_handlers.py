@@ -11,7 +11,7 @@ from fastapi.responses import Response
 from starlette.exceptions import HTTPException
 
 from models.errors import DuocellError
-from service.issues import InvalidRequest, Issue
+from service.issues import InvalidRequest, Issue, shortened
 from service.jobs.job_errors import Refused
 from service.middleware.routes import route_of
 from service.problems import BY_STATUS, KINDS, Problem, phrase, response
@@ -55,9 +55,9 @@ def as_problem(error: Exception) -> tuple[Problem, int]:
         case Problem():
             return error, 0
         case InvalidRequest():
-            first, more = error.issues[0], len(error.issues) - 1
+            first, more = error.issues[0], len(error.issues) - 1 + error.more
             detail = f"{first.pointer or 'The body'}: {first.detail}" + (f" ({more} more)" if more else "")
-            return Problem(error.code, detail, errors=error.issues), 0
+            return Problem(error.code, detail, errors=error.issues, more=error.more), 0
         case NotJson():
             return Problem("invalid-json", error.detail, errors=[Issue("", error.detail)]), 0
         case Refused():
@@ -68,7 +68,8 @@ def as_problem(error: Exception) -> tuple[Problem, int]:
             return Problem(error.code if error.code in KINDS else "error", error.detail), 0
         case RequestValidationError():
             issues = [
-                Issue("", f"{'/'.join(map(str, e['loc']))}: {e['msg']}, got {e['input']!r}.") for e in error.errors()
+                Issue("", f"{'/'.join(map(str, e['loc']))}: {e['msg']}, got {shortened(e['input'])}.")
+                for e in error.errors()
             ]
             return Problem("invalid-request", issues[0].detail, errors=issues), 0
         case HTTPException():

@@ -11,8 +11,14 @@ MOST_SHOWN = 20
 """Issues listed in one answer; a request with thousands of bad poses needs no thousands of sentences."""
 
 
+MOST_OF_A_NAME = 200
+"""Characters of one part of a pointer; longer names are cut."""
+
+
 def shortened(value: object, most: int = 60) -> str:
-    """A value as it may be quoted in a sentence: never pages of it."""
+    """A value as it may be quoted in a sentence: never pages of it, and nothing is made of what is left out."""
+    if isinstance(value, str):
+        value = value[: most + 1]
     text = repr(value) if not isinstance(value, (dict, list)) else type(value).__name__
     return text if len(text) <= most else text[: most - 1] + "…"
 
@@ -33,11 +39,17 @@ class Issue:
 
 
 class InvalidRequest(Exception):
-    """A request that cannot be carried out as it stands; it holds at least one issue."""
+    """A request that cannot be carried out as it stands.
 
-    def __init__(self, issues: Sequence[Issue]) -> None:
+    Attributes:
+        issues: at least one.
+        more: how many others were found and not put into words.
+    """
+
+    def __init__(self, issues: Sequence[Issue], more: int = 0) -> None:
         super().__init__("; ".join(f"{issue.pointer}: {issue.detail}" for issue in issues[:MOST_SHOWN]))
         self.issues = tuple(issues)
+        self.more = more
 
     @property
     def code(self) -> str:
@@ -95,5 +107,9 @@ class Issues:
 
 
 def pointer_of(parts: Sequence[str | int]) -> str:
-    """JSON pointer of a path of keys and indices."""
-    return "".join("/" + str(part).replace("~", "~0").replace("/", "~1") for part in parts)
+    """JSON pointer of a path of keys and indices; names that nobody would read to their end are cut."""
+    return "".join("/" + _cut(str(part)).replace("~", "~0").replace("/", "~1") for part in parts)
+
+
+def _cut(name: str) -> str:
+    return name if len(name) <= MOST_OF_A_NAME else name[:MOST_OF_A_NAME] + "…"

@@ -69,6 +69,11 @@ class Library:
             )
         return list(found.scaled(scale))
 
+    def pieces(self, mesh_id: str) -> int:
+        """Number of the convex pieces of a mesh; 0 if there is no such mesh."""
+        found = self.user_mesh(mesh_id)
+        return 0 if found is None else len(found.pieces)
+
     def names(self) -> list[str]:
         """Names of all robots, sorted."""
         return sorted({*self._given, *self.robot_shelf.names()})

@@ -93,36 +93,50 @@ class Problem(Exception):
     """An error answer, to be raised where it is found."""
 
     def __init__(
-        self, code: str, detail: str, *, errors: Sequence[Issue] = (), headers: Mapping[str, str] | None = None
+        self,
+        code: str,
+        detail: str,
+        *,
+        errors: Sequence[Issue] = (),
+        more: int = 0,
+        headers: Mapping[str, str] | None = None,
     ) -> None:
+        """An error answer.
+
+        Args:
+            code: its kind. detail: a sentence.
+            errors: places and sentences, if several. more: how many others there are.
+            headers: of the answer.
+        """
         super().__init__(detail)
         self.code = code
         self.detail = detail
         self.errors = errors
+        self.more = more
         self.headers = headers
 
 
-def document(code: str, detail: str, instance: str, errors: Sequence[Issue] = (), status: int = 0) -> dict[str, Any]:
+def document(problem: Problem, instance: str, status: int = 0) -> dict[str, Any]:
     """A problem document; ``status`` if it differs from that of the kind."""
-    kind = KINDS[code]
-    listed = [{"pointer": issue.pointer, "detail": issue.detail} for issue in errors[:MOST_SHOWN]]
-    if len(errors) > MOST_SHOWN:
-        more = len(errors) - MOST_SHOWN
+    kind = KINDS[problem.code]
+    listed = [{"pointer": issue.pointer, "detail": issue.detail} for issue in problem.errors[:MOST_SHOWN]]
+    more = len(problem.errors) - len(listed) + problem.more
+    if more:
         listed.append({"pointer": "", "detail": f"{more} further problems are not listed. Correct these first."})
     return {
-        "type": f"/problems/{code}",
+        "type": f"/problems/{problem.code}",
         "title": kind.title,
         "status": status or kind.status,
-        "detail": detail,
+        "detail": problem.detail,
         "instance": instance,
-        "code": code,
+        "code": problem.code,
         "errors": listed,
     }
 
 
 def response(problem: Problem, instance: str, status: int = 0) -> JSONResponse:
     """The answer for a problem."""
-    body = document(problem.code, problem.detail, instance, problem.errors, status)
+    body = document(problem, instance, status)
     return JSONResponse(body, body["status"], dict(problem.headers or {}), media_type=MEDIA_TYPE)
 
 

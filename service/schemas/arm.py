@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from service.schemas.base import TAG, Interval, Label, Strict
+from service.schemas.base import MOST_JOINTS, TAG, Interval, Label, NotNegative, PerJoint, Strict
 from service.schemas.pose import IDENTITY, Pose
 from service.schemas.shapes import CAPSULE, Solid
 from service.schemas.surroundings import Footprint, Pedestal
@@ -31,7 +31,7 @@ Allowed = Annotated[
 """A fixed value or the interval to choose from."""
 
 Weights = Annotated[
-    Annotated[Literal["range", "equal"], Tag("@word")] | Annotated[list[Annotated[float, Field(ge=0.0)]], Tag("@list")],
+    Annotated[Literal["range", "equal"], Tag("@word")] | Annotated[list[NotNegative], PerJoint, Tag("@list")],
     Discriminator(_word_or_list),
 ]
 
@@ -81,6 +81,7 @@ class DhTable(Strict):
 
     dh: list[DhRow] = Field(
         min_length=1,
+        max_length=MOST_JOINTS,
         description="One row per joint, from the base to the flange; six or seven joints.",
         examples=[[{"alpha": -pi / 2, "a": 0.0, "d": 0.4, "lower": -2.9, "upper": 2.9}]],
     )
@@ -152,6 +153,7 @@ class Arm(Strict):
     )
     reference: list[float] | None = Field(
         default=None,
+        max_length=MOST_JOINTS,
         description="q* of the objective in rad, one value per joint, inside the limits. null: the robot's own "
         "reference, usually mid-range. It does not restrict the posture.",
         examples=[[0.17, -0.39, 2.7, 0.52, 0.17, 0.17]],
@@ -167,6 +169,7 @@ class Arm(Strict):
     )
     limits: list[Interval] | None = Field(
         default=None,
+        max_length=MOST_JOINTS,
         description="Joint limits [lower, upper] in rad, one pair per joint; null: the robot's own.",
         examples=[[[-2.79, 2.79], [-3.22, 0.78], [-0.78, 3.92], [-1.91, 2.96], [-1.74, 1.74], [-4.64, 4.64]]],
     )

@@ -88,12 +88,19 @@ def _printable(text: str) -> str:
     return text
 
 
+MOST_JOINTS = 16
+"""Values of a list with one per joint; how many joints the robot has is seen later."""
+
+FIRST_WRONG = Field(fail_fast=True)
+"""Of lists that may be long: only the first member that is wrong is told."""
+
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 Vector2 = Annotated[list[float], Field(min_length=2, max_length=2)]
 PositiveVector2 = Annotated[list[Positive], Field(min_length=2, max_length=2)]
 PositiveVector3 = Annotated[list[Positive], Field(min_length=3, max_length=3)]
-Polygon = Annotated[list[Vector2], Field(min_length=3)]
+Polygon = Annotated[list[Vector2], Field(min_length=3), FIRST_WRONG]
+PerJoint = Field(max_length=MOST_JOINTS)
 Vector3 = Annotated[list[float], Field(min_length=3, max_length=3)]
 Vector4 = Annotated[list[float], Field(min_length=4, max_length=4)]
 Matrix3 = Annotated[list[Vector3], Field(min_length=3, max_length=3)]

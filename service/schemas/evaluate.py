@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
 from pydantic import ConfigDict, Field
 
 from service.schemas.arm import Arm, Base
-from service.schemas.base import Answer
+from service.schemas.base import FIRST_WRONG, Answer, PerJoint
 from service.schemas.request import EXAMPLE, LayoutRequest
 from service.schemas.result import LayoutResult
 
@@ -35,7 +35,7 @@ class PlacedArm(Arm):
     """One of the arms that carry the object, at its place."""
 
     base: PlacedBase = Field(description="Where the base stands.", examples=[_BASES[0]])
-    joints: list[list[float]] | None = Field(
+    joints: Annotated[list[Annotated[list[float], PerJoint, FIRST_WRONG]], FIRST_WRONG] | None = Field(
         default=None,
         description="Joint values in rad to be checked as they are, one row per pose; null: the best path of the best "
         "posture is found.",

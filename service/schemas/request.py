@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Field, Tag
 
 from service.schemas.arm import Arm
-from service.schemas.base import TAG, Choice, Label, NotNegative, Strict
+from service.schemas.base import FIRST_WRONG, TAG, Choice, Label, NotNegative, Strict
 from service.schemas.coupling import Coupling
 from service.schemas.shapes import BOX, Obstacle
 from service.schemas.surroundings import Clearance, Floor, Part
@@ -88,7 +88,7 @@ class LayoutRequest(Strict):
         description="What the object does: exactly one of poses, line, arc. Either this or `tasks` is needed.",
         examples=[{"line": LINE}],
     )
-    tasks: list[FamilyJob] | None = Field(
+    tasks: Annotated[list[FamilyJob], FIRST_WRONG] | None = Field(
         default=None,
         min_length=1,
         description="Several jobs for one layout, each arm in the same posture in all of them; in place of `task`.",

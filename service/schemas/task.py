@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field, Tag
 
-from service.schemas.base import Label, NotNegative, Strict, Vector3, exactly_one_of
+from service.schemas.base import FIRST_WRONG, Label, NotNegative, Strict, Vector3, exactly_one_of
 from service.schemas.pose import Pose
 
 LINE_START = {"position": [0.73, 0.35, 0.1], "orientation": {"rpy": [0.0, 0.0, -0.785398]}}
@@ -64,7 +64,7 @@ Arc = Annotated[
 class PosesTask(Strict):
     """Every pose given."""
 
-    poses: list[Pose] = Field(
+    poses: Annotated[list[Pose], FIRST_WRONG] = Field(
         min_length=2,
         description="Poses of the object in the world, in the order in which they are passed.",
         examples=[[LINE_START, LINE_END]],

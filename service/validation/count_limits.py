@@ -43,8 +43,9 @@ def check_amounts(document: Any, limits: Limits) -> None:
 def _amounts(document: Any) -> Iterator[Amount]:
     """Everything that is counted."""
     jobs = _list(_member(document, "tasks"))
-    yield Amount(("tasks",), len(jobs), "jobs", "max_jobs", "Join those that follow each other in one way of the part.")
     yield from _poses(("task",), _member(document, "task"))
+    for index, job in enumerate(jobs):
+        yield Amount(("tasks", index, "grasps"), _size(_member(job, "grasps")), "grasps", "max_arms", "One per arm.")
     ways = [way for index, job in enumerate(jobs) for way in _poses(("tasks", index, "task"), _member(job, "task"))]
     yield from ways
     advice = "Send fewer: every second pose usually gives the same layout."
@@ -55,6 +56,12 @@ def _amounts(document: Any) -> Iterator[Amount]:
     yield Amount(("obstacles",), len(obstacles), "obstacles", "max_obstacles", "Leave out what no arm can reach.")
     couplings = _list(_member(document, "coupling"))
     yield Amount(("coupling",), len(couplings), "couplings", "max_couplings", "One can name several arms.")
+    for index, tie in enumerate(couplings):
+        named = len(_list(_member(tie, "arms")))
+        yield Amount(("coupling", index, "arms"), named, "arms", "max_arms", "Name each once.")
+    for index, arm in enumerate(arms):
+        rows = len(_list(_member(arm, "joints")))
+        yield Amount(("arms", index, "joints"), rows, "rows", "max_poses", "One row per pose is needed.")
     yield from _shapes(document, arms)
     yield from _polygons(document, arms)
 
@@ -104,6 +111,10 @@ def _member(value: Any, name: str) -> Any:
 
 def _list(value: Any) -> list[Any]:
     return value if isinstance(value, list) else []
+
+
+def _size(value: Any) -> int:
+    return len(value) if isinstance(value, dict) else 0
 
 
 def _count(generator: Any) -> int:

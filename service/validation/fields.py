@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterable
 from difflib import get_close_matches
+from itertools import islice
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from service.issues import InvalidRequest, Issue, pointer_of, shortened
+from service.issues import MOST_OF_A_NAME, MOST_SHOWN, InvalidRequest, Issue, pointer_of, shortened
 from service.schemas.base import TAG
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -22,13 +23,20 @@ def validate(model: type[Model], document: Any) -> Model:
     """``document`` as a ``model``.
 
     Raises:
-        InvalidRequest: with every issue pydantic found.
+        InvalidRequest: with the first issues that pydantic found, and the number of the others. Of poses, joint values
+            and the like only the first that is wrong is looked at: there may be thousands.
     """
     try:
         return model.model_validate(document)
     except ValidationError as error:
         details = error.errors(include_url=False)
-    raise InvalidRequest([issue for detail in details for issue in issues_of(detail)])
+    issues = list(islice((issue for detail in details for issue in issues_of(detail)), MOST_SHOWN))
+    raise InvalidRequest(issues, sum(map(_number_of_issues, details)) - len(issues))
+
+
+def _number_of_issues(error: ErrorDetails) -> int:
+    """How many issues one of pydantic's errors stands for."""
+    return len(error["ctx"]["unknown"]) if error["type"] == "unknown_field" else 1
 
 
 def issues_of(error: ErrorDetails) -> Iterable[Issue]:
@@ -57,8 +65,13 @@ def _sent(error: ErrorDetails) -> str:
     return f"the string {shortened(value)}" if isinstance(value, str) else shortened(value)
 
 
+def _near(name: str, allowed: list[str]) -> list[str]:
+    """The nearest of the allowed names, if any; the search grows faster than the name, which nobody misspells so."""
+    return get_close_matches(name, allowed, n=1) if len(name) <= MOST_OF_A_NAME else []
+
+
 def _unknown_field(name: str, allowed: list[str]) -> str:
-    near = get_close_matches(name, allowed, n=1)
+    near = _near(name, allowed)
     advice = f"Did you mean '{near[0]}'?" if near else "Remove it."
     return f"{shortened(name)} is not known here; allowed are {', '.join(allowed)}. {advice}"
 
@@ -74,7 +87,7 @@ def _type_of(path: list[int | str], error: ErrorDetails) -> Issue:
     if "type" not in value:
         return Issue(at, f"'type' is missing; it must be one of {choices}. Add it.")
     kind = value["type"]
-    near = get_close_matches(kind, choices.split(", "), n=1) if isinstance(kind, str) else []
+    near = _near(kind, choices.split(", ")) if isinstance(kind, str) else []
     advice = f"Did you mean '{near[0]}'?" if near else "Choose one of these."
     return Issue(at, f"'type' is {shortened(kind)}; it must be one of {choices}. {advice}")
 

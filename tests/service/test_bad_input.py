@@ -391,8 +391,8 @@ def test_thousands_of_bad_poses_are_not_answered_with_thousands_of_sentences(liv
     request = copy.deepcopy(EXAMPLE) | {"task": {"poses": [{}] * 3000}}
     answer = live.post("/v1/layouts", json=request)
     assert answer.status_code == 422
-    assert len(answer.json()["errors"]) == 21
-    assert "further problems" in answer.json()["errors"][-1]["detail"]
+    pointers = [error["pointer"] for error in answer.json()["errors"]]
+    assert pointers == ["/task/poses/0/position", "/task/poses/0/orientation"]
 
 
 def kilometres_away(request: Document) -> None:

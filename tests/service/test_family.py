@@ -115,10 +115,14 @@ def test_refused_with_place_and_advice(request_of_jobs: Document, change: Docume
     assert word in found[pointer]
 
 
-def test_the_number_of_jobs_and_of_all_their_poses_is_limited(request_of_jobs: Document) -> None:
-    jobs = [{**JOBS[0], "name": str(k)} for k in range(17)]
-    assert "16" in issues(request_of_jobs | {"tasks": jobs})["/tasks"]
-    assert "DUOCELL_MAX_JOBS" in issues(request_of_jobs, Limits(max_jobs=1))["/tasks"]
+def test_poses_are_limited_and_not_jobs(request_of_jobs: Document) -> None:
+    strips = json.loads(
+        (Path(__file__).parents[1] / "data" / "acceptance" / "tasks" / "19_seventeen_strips.json").read_text()
+    )
+    accept(json.dumps(strips).encode(), Limits())
+    jobs = [{**JOBS[0], "name": str(k)} for k in range(50)]
+    accept(json.dumps(request_of_jobs | {"tasks": jobs}).encode(), Limits())
+    assert "500 poses" in issues(request_of_jobs | {"tasks": jobs}, Limits(max_poses=499))["/tasks"]
     request_of_jobs["tasks"][0]["task"]["line"]["count"] = request_of_jobs["tasks"][1]["task"]["arc"]["count"] = 4000
     assert "8000 poses of all jobs" in issues(request_of_jobs)["/tasks"]
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
 from math import ceil
 from typing import Any
 
@@ -36,10 +38,11 @@ def serve(**flags: Any) -> int:
     executor.start()  # the engines are loaded while this process loads the web framework
     import uvicorn
 
-    from service import logs
+    from service import logs, metrics
     from service.app import create_app
 
-    logs.configure(settings)
+    handler = logs.configure(settings)
+    metrics.watch_log(lambda: getattr(handler, "dropped", 0))
     app = create_app(settings, executor)
 
     class Server(uvicorn.Server):
@@ -50,6 +53,13 @@ def serve(**flags: Any) -> int:
             draining = asyncio.create_task(app.state.duocell.jobs.drain(settings.drain))
             await super().shutdown(sockets)
             await draining
+
+        @contextmanager
+        def capture_signals(self) -> Iterator[None]:
+            """See uvicorn, which in the end raises the signal again that stopped it: nothing is written after that."""
+            with super().capture_signals():
+                yield
+                handler.flush()
 
     config = uvicorn.Config(
         app,

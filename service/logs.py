@@ -15,6 +15,7 @@ from typing import Any
 import structlog
 from opentelemetry import trace
 
+from service.observability.log_writer import LogWriter
 from service.settings import Logging
 
 OURS = ("service", "optimizer", "models", "uvicorn")
@@ -27,11 +28,11 @@ NEVER = "uvicorn.access"
 """What `service.middleware.observe` says already, and without the query strings."""
 
 
-def configure(settings: Logging | None = None) -> None:
-    """Route every logger of this process to stderr; default: as the environment says."""
+def configure(settings: Logging | None = None) -> logging.Handler:
+    """Route every logger of this process to stderr; default: as the environment says. Returns what writes the lines."""
     settings = settings or Logging()
     json = settings.log_format == "json" or (settings.log_format == "auto" and not sys.stderr.isatty())
-    handler = logging.StreamHandler(sys.stderr)
+    handler = _writer()
     handler.setFormatter(formatter(json=json))
     root = logging.getLogger()
     root.handlers = [handler]
@@ -43,6 +44,15 @@ def configure(settings: Logging | None = None) -> None:
     for name in CHILDREN:
         logging.getLogger(name).setLevel(logging.NOTSET)  # uvicorn may have given them levels of their own
     logging.getLogger(NEVER).disabled = True
+    return handler
+
+
+def _writer() -> logging.Handler:
+    """What writes to stderr: without ever waiting, where that is a file, a pipe or a terminal."""
+    try:
+        return LogWriter(sys.stderr.fileno())
+    except OSError:  # in memory
+        return logging.StreamHandler(sys.stderr)
 
 
 def formatter(*, json: bool) -> logging.Formatter:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 from prometheus_client import (
     CollectorRegistry,
@@ -20,11 +20,23 @@ from prometheus_client import (
     ProcessCollector,
     generate_latest,
 )
+from prometheus_client.core import CounterMetricFamily, Metric
 from prometheus_client.exposition import CONTENT_TYPE_LATEST as MEDIA_TYPE
+from prometheus_client.registry import Collector
 
 from service.version import package_version
 
-__all__ = ["MEDIA_TYPE", "REGISTRY", "exposition", "job_finished", "reported", "request", "watch", "worker_died"]
+__all__ = [
+    "MEDIA_TYPE",
+    "REGISTRY",
+    "exposition",
+    "job_finished",
+    "reported",
+    "request",
+    "watch",
+    "watch_log",
+    "worker_died",
+]
 
 REGISTRY = CollectorRegistry()
 for _collector in (ProcessCollector, PlatformCollector, GCCollector):
@@ -97,6 +109,26 @@ def watch(**gauges: Callable[[], float]) -> None:
     """Where gauges are read from: ``queued``, ``running``, ``workers``; the last caller counts."""
     for name, read in gauges.items():
         _GAUGES[name].set_function(read)
+
+
+class _DroppedLines(Collector):
+    """Lines of the log that were never written; whoever writes them counts."""
+
+    def __init__(self) -> None:
+        self.read: Callable[[], int] = lambda: 0
+
+    def collect(self) -> Iterator[Metric]:
+        """See `Collector`."""
+        yield CounterMetricFamily("duocell_log_lines_dropped", "Lines that nobody read the log for.", value=self.read())
+
+
+_DROPPED_LINES = _DroppedLines()
+REGISTRY.register(_DROPPED_LINES)
+
+
+def watch_log(dropped: Callable[[], int]) -> None:
+    """Where the number of lines is read from that the log has dropped; the last caller counts."""
+    _DROPPED_LINES.read = dropped
 
 
 def exposition() -> bytes:

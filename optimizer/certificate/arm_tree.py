@@ -30,8 +30,9 @@ FIRST_BOXES = 100
 """Boxes per posture to begin with, where a good layout is known: larger ones say little."""
 SMALLEST_FIRST = 0.05
 """Side of the boxes to begin with, relative to the reach: no smaller than this."""
-SMALLEST = 1e-3
-"""m; boxes with no longer half side are not cut any more, whatever their bound."""
+SMALLEST, FINEST = 1e-3, 1e-5
+"""m; boxes with no longer half side are not cut any more, whatever their bound: where pairs of arms have to go on, and
+where the arm by itself may suffice."""
 ROWS, FEWEST = 12_000, 64
 """Poses times boxes bounded at once: few enough to stay in the processor's cache; and boxes in long tasks."""
 BOUNDING = 0.15
@@ -109,12 +110,13 @@ class ArmTree:
                 return
             nodes.split(large)
 
-    def work_off(self, cutoff: float, by_size: bool = False) -> bool:
+    def work_off(self, cutoff: float, by_size: bool = False, smallest: float = SMALLEST) -> bool:
         """One round: bound and test some boxes, or cut some; False if nothing below ``cutoff`` is left to do.
 
         Args:
             cutoff: bounds from here on are good enough.
             by_size: largest boxes first in place of those with the smallest bounds: to exclude everything.
+            smallest: m; boxes with no longer half side are not cut any more.
         """
         nodes = self.nodes
         leaves = nodes.leaves()
@@ -125,7 +127,7 @@ class ArmTree:
             some = leaves[fresh][np.argsort(key[fresh], kind="stable")[: self.batch]]
             self.evaluate(some, cutoff)
             return True
-        large = nodes.size[leaves] > SMALLEST
+        large = nodes.size[leaves] > smallest
         if not np.any(large):
             return False
         order = np.argsort(key[large], kind="stable")[: max(self.batch // 2, 1)]

@@ -15,7 +15,7 @@ from itertools import combinations
 
 import numpy as np
 
-from optimizer.certificate.arm_tree import ArmTree
+from optimizer.certificate.arm_tree import FINEST, SMALLEST, ArmTree
 from optimizer.certificate.pairs.pair_tree import PairTree
 from optimizer.certificate.proposals import Proposals
 from optimizer.coupled.scene import Scene
@@ -184,6 +184,10 @@ class _Proof:
         meet = self.scene.cell.surroundings.clearances.arm_arm is not None
         return len(self.trees) > 1 and (meet or bool(self.scene.cell.couplings))
 
+    def _alone_may_do(self) -> bool:
+        """True while the best that the arms are known to do by themselves would be good enough as a bound."""
+        return sum(tree.alone_objective for tree in self.trees) >= self.cutoff
+
     def _work_off(self, index: int) -> bool:
         """One round of an arm's tree; False if there is no use in another one."""
         tree, others = self.trees[index], float(np.sum(self.alone) - self.alone[index])
@@ -196,7 +200,7 @@ class _Proof:
             return more and (tree.alone is None or len(self.trees) == 1)
         cutoff = self.cutoff - others
         enough = tree.alone_objective * (1.0 - TIGHT * self.settings.gap)
-        more = tree.work_off(min(cutoff, enough))
+        more = tree.work_off(min(cutoff, enough), smallest=FINEST if self._alone_may_do() else SMALLEST)
         self.alone[index] = max(self.alone[index], tree.lower)
         return more and self.alone[index] < min(cutoff, tree.alone_objective * (1.0 - TIGHT * self.settings.gap))
 

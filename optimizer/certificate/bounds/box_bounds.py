@@ -17,7 +17,7 @@ from optimizer.certificate.bounds.common_shift import common_cost
 from optimizer.certificate.bounds.lifts import cheapest_lifts
 from optimizer.certificate.bounds.rules import Rules
 from optimizer.certificate.bounds.tangent import tangent_bounds
-from optimizer.certificate.bounds.together import JOINTS, together_of
+from optimizer.certificate.bounds.together import JOINTS, together_of, wrist_lost
 from optimizer.certificate.bounds.turns import FirstOrder
 from optimizer.certificate.bounds.yaw import shift_cost, torn, unwrapped
 from optimizer.reduced import ReducedProblem
@@ -145,14 +145,13 @@ class BoxBounder:
             self._note(found, rows, i, np.any(lost, axis=-1), outside, apart)
         together = together_of(self.kinematics, rules, enclosed, each, np.all(np.isfinite(costs), axis=(0, 2)))
         if together is None:
+            singular = self._note_singular(found, rows, wrist_lost(self.kinematics, rules, enclosed))
+            costs[4, singular] = np.inf
             return FirstOrder(costs, self._twist(enclosed, found, rows, costs, each))
         outside = np.isinf(together.cost)
         lost = np.any(outside, axis=1)
         self._note(found, rows, 5, lost, outside, outside)
-        singular = np.any(together.singular, axis=1)
-        found.causes[5, rows[singular]] = SINGULAR
-        found.causes[6, rows[singular]] = 0
-        found.poses[5, rows[singular]] = together.singular[singular]
+        self._note_singular(found, rows, together.singular)
         sums = together.sums(each, rules)
         costs[4] = np.where(lost[:, None], np.inf, costs[4])
         kept = np.where(np.isfinite(sums), sums, 0.0) - np.sum(np.where(np.isfinite(costs), costs, 0.0)[FOUR], axis=0)
@@ -192,6 +191,15 @@ class BoxBounder:
                 more = np.sum(together[:, job], axis=1) - costs[3, stuck, b] - costs[5, stuck, b]
                 twist[stuck, b] = np.maximum(more, 0.0)
         return twist
+
+    @staticmethod
+    def _note_singular(found: BoxBounds, rows: Ints, singular: Bools) -> Bools:
+        """(N,) True for boxes where some wrist (N, m) is too near to its singularity everywhere, which is noted."""
+        lost = np.any(singular, axis=1)
+        found.causes[5, rows[lost]] = SINGULAR
+        found.causes[6, rows[lost]] = 0
+        found.poses[5, rows[lost]] = singular[lost]
+        return np.asarray(lost)
 
     @staticmethod
     def _note(found: BoxBounds, rows: Ints, joint: int, lost: Bools, outside: Bools, apart: Bools) -> None:

@@ -49,6 +49,13 @@ class Together:
         return sums
 
 
+def wrist_lost(kinematics: Kinematics, rules: Rules, found: Enclosed) -> Bools:
+    """(N, m) True where the wrist is too near to its singularity all over a box."""
+    bend = (found.angles.fifth - kinematics.wrist.zero) * (kinematics.wrist.sense * found.boxes.sign(2))
+    least = rules.smallest_wrist
+    return np.asarray(((bend.high < least) | (bend.low > np.pi - least)) & (least > 0.0))
+
+
 def together_of(kinematics: Kinematics, rules: Rules, found: Enclosed, each: Floats, open_: Bools) -> Together | None:
     """Bound the four joints together.
 
@@ -65,8 +72,7 @@ def together_of(kinematics: Kinematics, rules: Rules, found: Enclosed, each: Flo
         return None
     angles = found.angles
     wide = np.maximum(angles.turn.radius, angles.sixth.radius) > WIDE
-    bend = (angles.fifth - kinematics.wrist.zero) * (kinematics.wrist.sense * found.boxes.sign(2))
-    singular = (bend.high < rules.smallest_wrist) | (bend.low > np.pi - rules.smallest_wrist)
+    singular = wrist_lost(kinematics, rules, found)
     near = (wide | singular | ~found.slopes.rates.regular) & open_[:, None]
     cost, ruled = np.zeros(near.shape), np.zeros(near.shape, dtype=np.bool_)
     if np.any(near):

@@ -7,9 +7,12 @@ parabola grows at least as the square of the distance from its minimum on an int
 
     E(p, s) >= min over yaws E(p, ·) + w_1 W (s - proj(p))² >= G + w_1 W (|s - proj(c)| - r)₊²,
 
-with G any bound of the box that knows of no yaw that is lost. (From a bound that has been raised in this way already
-the same cost would be counted twice.) The new bound is the smallest over the cells of yaws that are left. It needs a
-path that is linked from pose to pose, one job, and a weight on joint 1; else yaws can only be lost.
+with G any bound of the box that knows of no yaw that is lost. A bounded yaw leaves several turns, and the one that s is
+on may be far worse than the best: with s* the vertex of the parabola and D₀ >= dist(s*(p), K(p)) over the box, what
+does not depend on s costs at least G - w_1 W D₀², so that E(p, s) >= G + w_1 W ((|s - s*(c)| - r)₊² - D₀²) as well.
+(From a bound that has been raised in this way already the same cost would be counted twice.) The new bound is the
+smallest over the cells of yaws that are left. It needs a path that is linked from pose to pose, one job, and a weight
+on joint 1; else yaws can only be lost.
 """
 
 from __future__ import annotations
@@ -20,6 +23,7 @@ import numpy as np
 
 from models.arm import TURN
 from models.arrays import Bools, Floats
+from optimizer.certificate.bounds.angles.joints import SLACK
 from optimizer.certificate.bounds.ball import Ball
 from optimizer.certificate.bounds.rules import Rules
 from optimizer.certificate.bounds.yaw import unwrapped
@@ -74,30 +78,43 @@ def yaw_cells(first: Ball, rules: Rules, room: Floats) -> YawCells:
         window = np.where(known, np.minimum(wide, np.pi), np.pi)
         shift = np.where(known, best, 0.0)[:, None] + window[:, None] * offsets
         half = window / CELLS
-        away = np.abs(shift - best[:, None]) - (half + radius)[:, None]
+        cost = weight * np.maximum(np.abs(shift - best[:, None]) - (half + radius)[:, None], 0.0) ** 2
         outside = np.where(known & (window < np.pi), np.maximum(room, 0.0), np.inf)
     else:
         shift = np.broadcast_to(rules.shifts.start + 0.5 * rules.shifts.width * (1.0 + offsets), (len(radius), CELLS))
         half = np.full(len(radius), 0.5 * rules.shifts.width / CELLS)
-        away = _nearest_turn(shift, half, radius, wanted, (low, high), rules)
+        cost = weight * _nearest_turn(shift, half, radius, wanted, (low, high), rules)
         outside = np.full(len(radius), np.inf)
-    cost = np.where(np.isinf(away), np.inf, weight * np.maximum(np.where(np.isinf(away), 0.0, away), 0.0) ** 2)
     return YawCells(shift, half, np.where(known[:, None], cost, 0.0), outside)
 
 
 def _nearest_turn(
     shift: Floats, half: Floats, radius: Floats, wanted: Floats, ends: tuple[Floats, Floats], rules: Rules
 ) -> Floats:
-    """(N, n) rad, how far the cells of a bounded yaw are from the best shift of the nearest turn at least."""
-    away = np.full(shift.shape, np.inf)
+    """(N, n) rad², what cells of a bounded yaw cost at least on the turn that suits them best, per w_1 W."""
+    intervals = []
     for turn in TURNS:
         start = rules.shifts.start + TURN * turn
-        low, high = np.maximum(ends[0], start), np.minimum(ends[1], start + rules.shifts.width)
+        intervals.append((np.maximum(ends[0], start), np.minimum(ends[1], start + rules.shifts.width)))
+    least = _least_way(wanted, radius, intervals)
+    cost = np.full(shift.shape, np.inf)
+    for turn, (low, high) in zip(TURNS, intervals, strict=True):
         best = _projected(wanted, low, high)
         there = low <= high + 2.0 * radius
-        distance = np.abs(shift + TURN * turn - best[:, None]) - (half + radius)[:, None]
-        away = np.minimum(away, np.where(there[:, None], distance, np.inf))
-    return away
+        here, about = shift + TURN * turn, (half + radius)[:, None]
+        square = np.maximum(np.abs(here - best[:, None]) - about, 0.0) ** 2
+        far = np.maximum(np.abs(here - wanted[:, None]) - about, 0.0) ** 2 - least[:, None] ** 2
+        cost = np.minimum(cost, np.where(there[:, None], np.maximum(square, far), np.inf))
+    return cost
+
+
+def _least_way(wanted: Floats, radius: Floats, intervals: list[tuple[Floats, Floats]]) -> Floats:
+    """(N,) rad; everywhere in a box some allowed shift is no farther than this from the best one of all; or inf."""
+    least = np.full(len(wanted), np.inf)
+    for low, high in intervals:
+        way = np.abs(wanted - _projected(wanted, low, high)) + 2.0 * radius + 4.0 * SLACK
+        least = np.minimum(least, np.where(low + 2.0 * radius <= high, way, np.inf))
+    return least
 
 
 def _projected(wanted: Floats, low: Floats, high: Floats) -> Floats:

@@ -8,12 +8,18 @@ import numpy as np
 import pytest
 
 from bench.singular_draw import members_near_curves, singular_boxes, singular_places, singular_problem
+from models.arm import Arm, BaseRegion, Interval
+from models.catalogue import robot
+from models.cell import Cell
+from models.closed_form import closed_form
+from models.link_frames import link_frames
+from models.task import Task
 from optimizer.certificate.bounds.angles.pitch import pitch_cells
 from optimizer.certificate.bounds.ball import Ball
 from optimizer.certificate.bounds.box_bounds import BoxBounder
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.bounds.lifts import nearest_lifts
-from optimizer.reduced import evaluate_signed
+from optimizer.reduced import evaluate_signed, reduced_problem
 
 TRIALS, BOXES, SAMPLES = 5, 100, 16
 
@@ -76,6 +82,29 @@ def test_a_box_inside_the_singularity_holds_nothing_where_it_is_avoided():
         assert np.all(np.isinf(strict[singular & reach]))
         excluded += int(np.sum(singular & reach))
     assert excluded > 20
+
+
+@pytest.mark.parametrize("name", ["puma560", "kr6_r900"])
+def test_a_spherical_wrist_that_must_be_singular_is_excluded_where_it_is_avoided(name):
+    rng, chain = np.random.default_rng(9), robot(name)
+    side, form = Interval(-0.5, 0.5), closed_form(chain)
+    assert form is not None
+    base = BaseRegion(side, side, side)
+    for off in (0.0, 3e-4, -3e-4, 1.5e-3):
+        joints = rng.uniform(np.maximum(chain.lower, -2.0), np.minimum(chain.upper, 2.0))
+        joints[4] = form.wrist_zero + off
+        pose = link_frames(chain, joints[None])[0, 6] @ chain.flange_placement
+        arm = Arm(name, chain, np.eye(4), np.eye(4), base, chain.lower, chain.upper, joints, np.ones(6))
+        bounds = []
+        for avoid in (True, False):
+            kept = replace(arm, avoid_singularities=avoid)
+            problem = reduced_problem(Cell(Task(pose[None]), (kept,)), kept)
+            assert problem is not None
+            boxes = Boxes(np.zeros((8, 3)), np.full((8, 3), 1e-7), np.arange(8))
+            bounds.append(BoxBounder.of(problem).bounds(boxes, np.inf).lower)
+        here = np.argmin(bounds[1])  # the posture that the pose was made with
+        assert bounds[1][here] < 1e-3
+        assert np.isinf(bounds[0][here]) == (abs(off) < 1e-3)
 
 
 def test_the_nearest_lift_is_that_of_trying_them_all():

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.dense_check import judge
+from bench.kept_requests import FOLDER, kept
 from bench.trial import WORSE, Answer, append, ask, table
 from models.cell import Cell
 from optimizer.layout import Layout
@@ -29,7 +30,6 @@ from service.schemas.request import LayoutRequest
 from service.settings import Settings as ServiceSettings
 from service.urdf_on_disk import robot_on_disk
 
-FOLDER = Path(__file__).parents[1] / "tests" / "data" / "acceptance" / "search"
 PATIENT = 900.0
 """s of wall time that a case may take."""
 IMPOSSIBLE = 2.0
@@ -86,16 +86,16 @@ def names() -> list[str]:
 def case(name: str) -> Case:
     """A case, read as the service reads it."""
     stem, _, way = name.partition(" ")
-    kept = json.loads((FOLDER / f"{stem}.json").read_text(encoding="utf-8"))
+    read = kept(stem)
     library = _library()
-    accepted = accept(json.dumps(kept["request"]).encode(), ServiceSettings(), library)
+    accepted = accept(json.dumps(read["request"]).encode(), ServiceSettings(), library)
     request = LayoutRequest.model_validate_json(accepted.text)
     settings = replace(settings_of(request, PATIENT), time_limit=PATIENT, certificate=None if way == ALONE else "auto")
     if stem == "door_cell_30mm":
         settings = replace(settings, explain=True)
     if way.endswith("s"):
         settings = replace(settings, time_limit=float(way.removesuffix("s")))
-    return Case(name, cell_of(request, library), settings, _known(stem, kept))
+    return Case(name, cell_of(request, library), settings, _known(stem, read))
 
 
 def wrong(one: Case, answer: Answer) -> str:
@@ -151,8 +151,8 @@ def _library() -> Library:
     return Library(ServiceSettings().data_dir, given={"probe6": robot}, deleted=True)
 
 
-def _known(stem: str, kept: dict[str, Any]) -> float | None:
-    known = kept.get("known")
+def _known(stem: str, read: dict[str, Any]) -> float | None:
+    known = read.get("known")
     given = {"stations_house": STATIONS, "time_cut_called_infeasible": CUT}.get(stem)
     return known.get("objective", given) if isinstance(known, dict) else given
 

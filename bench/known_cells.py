@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from functools import lru_cache
-from pathlib import Path
 
 from bench.cells import CELLS, RealCell, beam_cell, real_cell
+from bench.kept_requests import kept
 from models.cell import Cell
 from service.convert import cell_of
 from service.schemas.request import LayoutRequest
@@ -14,7 +13,6 @@ from service.validation import validate
 
 BEAM, DOOR = CELLS, CELLS + 1
 """Numbers after the hundred."""
-CASES = Path(__file__).resolve().parents[1] / "tests" / "data" / "acceptance" / "search"
 
 
 def numbered_cell(number: int) -> RealCell:
@@ -29,5 +27,4 @@ def numbered_cell(number: int) -> RealCell:
 @lru_cache(maxsize=8)
 def case(name: str) -> Cell:
     """The cell of a case that is kept with the tests."""
-    kept = json.loads((CASES / f"{name}.json").read_text(encoding="utf-8"))
-    return cell_of(validate(LayoutRequest, kept["request"]))
+    return cell_of(validate(LayoutRequest, kept(name)["request"]))

@@ -26,6 +26,7 @@ from models.dh import DhRow, robot_from_dh
 from models.errors import UnknownRobot
 from models.reference import working_reference
 from models.robot import Robot
+from models.robot_frames import frames_of
 
 SOURCE_PUMA = "puma560"
 
@@ -86,8 +87,12 @@ def _source_puma() -> Robot:
         DhRow(alpha=radians(alpha), a=a / 1000.0, d=d / 1000.0, lower=radians(lower), upper=radians(upper))
         for alpha, a, d, lower, upper in _PUMA_TABLE
     ]
+    robot = robot_from_dh(SOURCE_PUMA, rows)
+    flanges, mounting_face = frames_of(SOURCE_PUMA, robot.flange_frame)
     return replace(
-        robot_from_dh(SOURCE_PUMA, rows),
+        robot,
+        flanges=flanges,
+        mounting_face=mounting_face,
         reference_source="mid-range, as the source defines it",
         maker="Unimation",
         title="Unimation PUMA 560 (table of the source)",
@@ -110,6 +115,7 @@ def _shipped(name: str) -> Robot:
     for joint in joints:
         placements.append(before @ joint.T_left)
         before = joint.T_right
+    flanges, mounting_face = frames_of(name, arm.ee_link)
     limits = np.array([joint.limits or (-inf, inf) for joint in joints], dtype=np.float64)
     licence = _LICENCES.search(arm.fixture_source)
     bare = Robot(
@@ -129,6 +135,8 @@ def _shipped(name: str) -> Robot:
         licence=own.get("licence", licence.group() if licence else _UNKNOWN_LICENCE),
         notes=_notes(arm.vendor, own),
         ssik_name=arm.name,
+        flanges=flanges,
+        mounting_face=mounting_face,
     )
     reference, reason = _reference(bare, arm.vendor)
     return replace(bare, reference=reference, reference_source=reason)

@@ -121,7 +121,7 @@ def skeleton(robot: Robot, link: int) -> Floats:
     One point only where the two coincide.
     """
     n = robot.dof
-    place = robot.joint_placements[link] if link < n else robot.flange_placement
+    place = robot.joint_placements[link] if link < n else robot.flange_placement @ robot.flange()
     end = place[:3, 3]
     length = float(np.linalg.norm(end))
     if length < 1e-6:

@@ -1,8 +1,9 @@
 """What a base is mounted on: the one surface that is met straight below its mounting face.
 
-From the mounting face (the underside of a pedestal, the lowest point of a base link whose meshes are known, else the
-base's origin) a ray goes along the base's own -z axis. The first body that it enters within `DEPTH` carries the arm and
-does not count against the base link. A body beside the face is never entered: the ray runs along it, or starts in it.
+From the mounting face (the underside of a pedestal, the lowest point of a base link whose meshes are known, the face
+that the catalogue names, else the base's origin) a ray goes along the base's own -z axis. The first body that it enters
+within `DEPTH` carries the arm and does not count against the base link. A body beside the face is never entered: the
+ray runs along it, or starts in it.
 """
 
 from __future__ import annotations
@@ -32,7 +33,10 @@ def face_depth(surroundings: Surroundings, arm: Arm) -> float:
     if pedestal is not None:
         return pedestal.height
     meshes = [b.body for b in surroundings.links(arm) if b.link == 0 and b.provenance == "mesh"]
-    return -min(lowest(body) for body in meshes) if meshes else 0.0
+    if meshes:
+        return -min(lowest(body) for body in meshes)
+    face = arm.robot.mounting_face
+    return 0.0 if face is None else -float(face.pose[2, 3])
 
 
 def lowest(body: Body) -> float:

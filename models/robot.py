@@ -8,6 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from models.arrays import Floats, set_frozen
+from models.errors import InvalidInput
+from models.robot_frames import RobotFrame
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +34,8 @@ class Robot:
         licence: licence of that source.
         notes: remarks worth showing to a user (mounting face, open limits, ...).
         ssik_name: name of the arm's artifact in ssik, or None for robots from elsewhere.
+        flanges: frames that a tool can be attached to, the usual one first; empty: the last frame is the only one.
+        mounting_face: what the base is bolted down with, in the base frame; None where it is not known.
     """
 
     name: str
@@ -51,6 +55,8 @@ class Robot:
     licence: str = ""
     notes: tuple[str, ...] = ()
     ssik_name: str | None = None
+    flanges: tuple[RobotFrame, ...] = ()
+    mounting_face: RobotFrame | None = None
 
     def __post_init__(self) -> None:
         n = len(self.joint_names)
@@ -69,6 +75,25 @@ class Robot:
     def kinematic_key(self) -> tuple[bytes, bytes, bytes]:
         """Equal for robots with the same geometry, whatever their names and limits: the key of compiled kinematics."""
         return (self.joint_placements.tobytes(), self.joint_axes.tobytes(), self.flange_placement.tobytes())
+
+    @property
+    def flange_names(self) -> tuple[str, ...]:
+        """What a tool can be attached to, the usual frame first."""
+        return tuple(frame.name for frame in self.flanges) or (self.flange_frame,)
+
+    def flange(self, name: str | None = None) -> Floats:
+        """(4, 4) m, a flange in the last frame of the chain; the usual one if no name is given.
+
+        Raises:
+            InvalidInput: the robot has no such flange; the detail lists those it has.
+        """
+        if name is not None and name not in self.flange_names:
+            raise InvalidInput(
+                f"{self.name} has no flange {name[:80]!r}; it has {' and '.join(self.flange_names)}. "
+                "Leave it out to take the first."
+            )
+        chosen = [frame.pose for frame in self.flanges if name in (None, frame.name)]
+        return chosen[0] if chosen else np.eye(4)
 
     @property
     def limited(self) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:

@@ -80,6 +80,7 @@ class Placement:
             (rad for elbow and wrist, m for shoulder); empty for arms without a closed form.
         geometry: where the shape of the arm's links comes from: mesh | cited | estimated.
         mount: (3, 3) orientation of the base in the world at yaw 0.
+        mounting_face: (4, 4) m, the face it is bolted down with, in the base frame; None where it is not known.
         avoids_singularities: the rule it was judged by: False where the arm may go through wrist singularities.
     """
 
@@ -97,6 +98,7 @@ class Placement:
     geometry: str = "estimated"
     mount: Floats = field(default_factory=lambda: np.eye(3))
     avoids_singularities: bool = True
+    mounting_face: Floats | None = None
 
     def __post_init__(self) -> None:
         set_frozen(self, "position", self.position, (3,))

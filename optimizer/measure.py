@@ -75,6 +75,7 @@ def placed(cell: Cell, arm: Arm, point: ArmPoint) -> Placement:
         singularity_distances={} if form is None else _singularity_distances(form, point.joints),
         mount=arm.mount,
         avoids_singularities=arm.avoid_singularities,
+        mounting_face=None if arm.robot.mounting_face is None else arm.robot.mounting_face.pose,
         geometry=provenance(cell.surroundings.links(arm)),
     )
 

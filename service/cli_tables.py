@@ -120,7 +120,9 @@ def print_robot(name: str, library: Library) -> int:
     console.print(rows)
     for label, text in (
         ("reach", f"{1000.0 * robot['reach']:.0f} mm at most"),
-        ("frames", f"{robot['base_frame']} (base) to {robot['flange_frame']} (flange)"),
+        ("frames", f"{robot['base_frame']} (base) to {robot['flange_frame']} (last frame)"),
+        *(("flange", _frame(frame)) for frame in robot["flanges"]),
+        ("mounting face", _frame(robot["mounting_face"]) if robot["mounting_face"] else "not known"),
         ("shape of the links", robot["geometry"]),
         ("reference", robot["reference_source"]),
         ("inverse kinematics", robot["inverse_kinematics"]),
@@ -135,3 +137,10 @@ def print_robot(name: str, library: Library) -> int:
     ):
         console.print(f"{label}: {text}", markup=False)
     return Exit.SOLVED
+
+
+def _frame(frame: dict[str, Any]) -> str:
+    """A named frame in a line: where it is with all joints at zero, and who says so."""
+    x, y, z = (f"{1000.0 * value:.1f}" for value in frame["pose"]["position"])
+    checked = "" if frame["checked"] is None else f"; {frame['checked']}"
+    return f"{frame['name']} at ({x}, {y}, {z}) mm: {frame['source']}{checked}"

@@ -36,7 +36,8 @@ def cell_of(request: LayoutRequest, library: Library | None = None) -> Cell:
     robots = {} if library is None else library.robots()
     made = [arm_of(arm, f"/arms/{index}", robots, issues) for index, arm in enumerate(request.arms)]
     arms = with_grasps(request, made, issues)
-    surroundings = surroundings_of(request, library, issues)
+    robots_made = [None if arm is None else arm.robot for arm in made]
+    surroundings = surroundings_of(request, robots_made, library, issues)
     couplings = couplings_of(request.coupling, [arm.name for arm in request.arms], issues)
     _check_tolerance(request, issues)
     issues.raise_any()

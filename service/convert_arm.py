@@ -37,11 +37,12 @@ def arm_of(arm: Arm, pointer: str, robots: Mapping[str, Robot], issues: Issues) 
         issues: where to note what is wrong.
     """
     before = len(issues.found)
-    tool = pose_of(arm.tool, f"{pointer}/tool", issues)
+    in_flange = pose_of(arm.tool, f"{pointer}/tool", issues)
     grasp = pose_of(arm.grasp, f"{pointer}/grasp", issues)
     robot = _robot(arm, pointer, robots, issues)
     if robot is None:
         return None
+    tool = flange_of(arm, robot, pointer, issues) @ in_flange
     check_radians([float(value) for value in as_list(arm.base.yaw)], f"{pointer}/base/yaw", issues)
     lower, upper = _limits(arm, robot, pointer, issues)
     reference = _reference(arm, robot, (lower, upper), pointer, issues)
@@ -94,6 +95,13 @@ def _named(arm: Arm, name: str, pointer: str, robots: Mapping[str, Robot], issue
         UnknownRobot.code,
     )
     return None
+
+
+def flange_of(arm: Arm, robot: Robot, pointer: str, issues: Issues) -> Floats:
+    """(4, 4) m, the flange that is asked for, in the last frame of the robot's chain."""
+    with issues.at(f"{pointer}/flange"):
+        return robot.flange(arm.flange)
+    return np.eye(4)
 
 
 def _region(base: Base) -> BaseRegion:

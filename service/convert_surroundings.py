@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from models.arrays import Floats
 from models.floor import Floor as ModelFloor
+from models.robot import Robot
 from models.shapes import Body
 from models.surroundings import Clearances, Equipment, Surroundings
 from models.surroundings import Part as ModelPart
@@ -21,14 +24,26 @@ from service.schemas.surroundings import Clearance, Floor, Part, Pedestal
 CONTACT_FORBIDDEN = Clearances(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-def surroundings_of(request: LayoutRequest, library: Library | None, issues: Issues) -> Surroundings | None:
-    """Everything around the arms, and the shape of arms that users brought; None if issues had to be noted."""
+def surroundings_of(
+    request: LayoutRequest, robots: Sequence[Robot | None], library: Library | None, issues: Issues
+) -> Surroundings | None:
+    """Everything around the arms, and the shape of arms that users brought; None if issues had to be noted.
+
+    Args:
+        request: a valid request.
+        robots: those of its arms; None for an arm that left an issue.
+        library: what users brought.
+        issues: where to note what is wrong.
+    """
     meshes: MeshSource = NO_MESHES if library is None else library
     before = len(issues.found)
     obstacles = obstacles_of(request.obstacles, meshes, issues)
     part = None if request.part is None else _part(request.part, meshes, issues)
     floor = None if request.floor is None else _floor(request.floor, issues)
-    equipment = {arm.name: _equipment(arm, f"/arms/{index}", meshes, issues) for index, arm in enumerate(request.arms)}
+    equipment = {
+        arm.name: _equipment(arm, _flange(arm, robot), f"/arms/{index}", meshes, issues)
+        for index, (arm, robot) in enumerate(zip(request.arms, robots, strict=True))
+    }
     if len(issues.found) > before:
         return None
     if library is not None:
@@ -79,9 +94,17 @@ def _floor(floor: Floor, issues: Issues) -> ModelFloor | None:
     return None
 
 
-def _equipment(arm: Arm, pointer: str, meshes: MeshSource, issues: Issues) -> Equipment:
+def _flange(arm: Arm, robot: Robot | None) -> Floats:
+    """(4, 4) m, the flange of an arm in the last frame of its robot, which is the one that models attach tools to."""
+    if robot is None or (arm.flange is not None and arm.flange not in robot.flange_names):
+        return np.eye(4)  # an issue of the arm's own
+    return robot.flange(arm.flange)
+
+
+def _equipment(arm: Arm, flange: Floats, pointer: str, meshes: MeshSource, issues: Issues) -> Equipment:
+    solids = solids_of(arm.tool_shapes, "tool", f"{pointer}/tool_shapes", meshes, issues)
     return Equipment(
-        tool=solids_of(arm.tool_shapes, "tool", f"{pointer}/tool_shapes", meshes, issues),
+        tool=tuple(replace(solid, pose=flange @ solid.pose) for solid in solids),
         pedestal=None if arm.pedestal is None else _pedestal(arm.pedestal, f"{pointer}/pedestal", issues),
         footprint=None if arm.footprint is None else footprint_of(arm.footprint, f"{pointer}/footprint", issues),
     )

@@ -7,7 +7,7 @@ from math import cos, sin
 from typing import Any
 
 from models.arrays import Floats
-from models.pose import quaternion_from_rotation
+from models.pose import quaternion_from_rotation, rotation_z, transform
 from optimizer.events import Incumbent
 from optimizer.findings import Alternative
 from optimizer.layout import (
@@ -90,6 +90,7 @@ def _placement(placement: Placement) -> dict[str, Any]:
     return {
         "name": placement.arm,
         "base": _base(placement.position, placement.yaw, placement.mount),
+        "mounting_face": _mounting_face(placement),
         "posture": placement.posture,
         "objective": finite(placement.objective),
         "joints": placement.joints.tolist(),
@@ -101,6 +102,16 @@ def _placement(placement: Placement) -> dict[str, Any]:
         "singularities": "avoid" if placement.avoids_singularities else "allow",
         "geometry": placement.geometry,
     }
+
+
+def _mounting_face(placement: Placement) -> dict[str, Any] | None:
+    """Pose of the face that is bolted down, in the world."""
+    if placement.mounting_face is None:
+        return None
+    base = transform(placement.mount @ rotation_z(placement.yaw), placement.position)
+    face = base @ placement.mounting_face
+    quaternion = quaternion_from_rotation(face[:3, :3])
+    return {"position": face[:3, 3].tolist(), "orientation": {"quaternion": quaternion.tolist()}}
 
 
 def _alternative(alternative: Alternative) -> dict[str, Any]:

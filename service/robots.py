@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 
 from models import catalogue
+from models.arrays import Floats
 from models.kinematics import flange_poses, reach
 from models.links import LinkBody, link_bodies, provenance
 from models.pose import quaternion_from_rotation
 from models.robot import Robot
+from models.robot_frames import RobotFrame
 from service.library import Library
 from service.numbers import finite
 from service.shelf import NAME
@@ -72,10 +74,9 @@ def robot_document(name: str, library: Library) -> dict[str, Any]:
         "reference_source": robot.reference_source,
         "base_frame": robot.base_frame,
         "flange_frame": robot.flange_frame,
-        "flange_at_zero": {
-            "position": flange[:3, 3].tolist(),
-            "orientation": {"quaternion": quaternion_from_rotation(flange[:3, :3]).tolist()},
-        },
+        "flanges": _flanges(robot, flange),
+        "mounting_face": None if robot.mounting_face is None else _frame(robot.mounting_face, robot.mounting_face.pose),
+        "flange_at_zero": _pose(flange),
         "postures": posture_definitions(robot),
         "inverse_kinematics": source_of_branches(robot),
         "bodies": _bodies(robot, links_of(robot, user)),
@@ -84,6 +85,24 @@ def robot_document(name: str, library: Library) -> dict[str, Any]:
         "source": robot.source,
         "licence": robot.licence,
     }
+
+
+def _flanges(robot: Robot, last_at_zero: Floats) -> list[dict[str, Any]]:
+    """Frames that a tool can be attached to, the usual one first."""
+    if not robot.flanges:
+        only = RobotFrame(robot.flange_frame, np.eye(4), robot.source)
+        return [_frame(only, last_at_zero)]
+    return [_frame(frame, last_at_zero @ frame.pose) for frame in robot.flanges]
+
+
+def _frame(frame: RobotFrame, pose: Floats) -> dict[str, Any]:
+    """A named frame with its pose in the base frame."""
+    return {"name": frame.name, "pose": _pose(pose), "source": frame.source, "checked": frame.checked}
+
+
+def _pose(pose: Floats) -> dict[str, Any]:
+    quaternion = quaternion_from_rotation(pose[:3, :3])
+    return {"position": pose[:3, 3].tolist(), "orientation": {"quaternion": quaternion.tolist()}}
 
 
 def links_of(robot: Robot, user: UserRobot | None) -> tuple[LinkBody, ...]:

@@ -117,9 +117,17 @@ class Arm(Strict):
         "filled in when the request is accepted.",
         examples=[None],
     )
+    flange: Label | None = Field(
+        default=None,
+        min_length=1,
+        description="Frame that `tool` and `tool_shapes` are given in, one of the `flanges` of "
+        "`GET /v1/robots/{name}`. null: the first of them, `iso9787` for robots of the catalogue: the mechanical "
+        "interface, z out of the flange. The last frame of the robot's description (`flange_frame`) is another.",
+        examples=["iso9787"],
+    )
     tool: Pose = Field(
         default=IDENTITY,
-        description="Tool centre point (TCP) in the flange frame.",
+        description="Tool centre point (TCP) in the frame that `flange` names.",
         examples=[{"position": [0.0, 0.0, 0.12], "orientation": {"quaternion": [0.0, 0.0, 0.0, 1.0]}}],
     )
     grasp: Pose = Field(
@@ -148,7 +156,7 @@ class Arm(Strict):
     )
     tool_shapes: list[Solid] = Field(
         default=[],
-        description="Solids of the tool in the flange frame. Half-spaces are refused.",
+        description="Solids of the tool in the frame that `flange` names. Half-spaces are refused.",
         examples=[[{"shape": CAPSULE}]],
     )
     reference: list[float] | None = Field(

@@ -26,6 +26,10 @@ class ArmResult(Answer):
 
     name: str = Field(description="The arm's name in the request.", examples=["main"])
     base: BasePlacement = Field(description="Its base.")
+    mounting_face: Pose | None = Field(
+        default=None,
+        description="The face that the base is bolted down with, in the world; null where it is not known.",
+    )
     posture: dict[str, str] | None = Field(
         description="Posture kept along the path; null for robots without named postures.",
         examples=[{"shoulder": "left", "elbow": "up", "wrist": "flip"}],

@@ -65,6 +65,17 @@ class TakenMesh(Answer):
     file: str = Field(description="What was taken for it from the zip.", examples=["meshes/forearm.stl"])
 
 
+class NamedFrame(Answer):
+    """A frame at one end of a robot."""
+
+    name: str = Field(
+        description="`iso9787`: the mechanical interface of ISO 9787, z out of the flange.", examples=["iso9787"]
+    )
+    pose: Pose = Field(description="In the base frame.")
+    source: str = Field(description="Where its place comes from.", examples=["tool0 of ROS-Industrial's package"])
+    checked: str | None = Field(description="What a second source says of it; null: none was found.", examples=[None])
+
+
 class RobotDetail(RobotSummary):
     """All there is to know about a robot."""
 
@@ -80,7 +91,15 @@ class RobotDetail(RobotSummary):
         description="Name of the base frame, which a layout places: `base_link` of an upload.", examples=["base_link"]
     )
     flange_frame: str = Field(
-        description="Name of the flange frame, to which a tool is attached: `tip` of an upload.", examples=["tool0"]
+        description="Name of the last frame of the robot's description, one of its flanges: `tip` of an upload.",
+        examples=["tool0"],
+    )
+    flanges: list[NamedFrame] = Field(
+        description="Frames that a tool can be attached to (`flange` of an arm), the one that is taken unless another "
+        "is named first; poses in the base frame with all joints at zero."
+    )
+    mounting_face: NamedFrame | None = Field(
+        description="The face that the base is bolted down with, in the base frame; null where it is not known."
     )
     flange_at_zero: Pose = Field(description="Flange in the base frame with all joints at zero.")
     postures: dict[str, dict[str, str]] | None = Field(

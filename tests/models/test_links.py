@@ -53,7 +53,7 @@ def test_capsules_contain_the_lines_between_joint_origins(robot):
 def test_skeletons_join_the_joints(robot):
     for link in range(robot.dof + 1):
         corners = skeleton(robot, link)
-        place = robot.joint_placements[link] if link < robot.dof else robot.flange_placement
+        place = robot.joint_placements[link] if link < robot.dof else robot.flange_placement @ robot.flange()
         assert np.allclose(corners[0], 0.0)
         assert np.allclose(corners[-1], place[:3, 3], atol=1e-6)
 

@@ -6,11 +6,11 @@ import json
 import time
 from dataclasses import replace
 from itertools import count
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from bench.kept_requests import kept
 from models.coupling import Distance
 from models.shapes import Body, Box
 from models.surroundings import Clearances, Surroundings
@@ -29,7 +29,6 @@ from tests.support.answers import assert_ended
 from tests.support.arms import region
 from tests.support.tasks import possible
 
-SEARCH = Path(__file__).parents[1] / "data" / "acceptance" / "search"
 LINE, _ = load("line")
 
 
@@ -94,8 +93,8 @@ def test_nothing_found_and_nothing_proved_is_unknown() -> None:
 
 @pytest.mark.parametrize("limit", [1e-6, 0.3])
 def test_a_search_that_time_cuts_is_never_infeasible(limit: float) -> None:
-    kept = json.loads((SEARCH / "time_cut_called_infeasible.json").read_text(encoding="utf-8"))
-    accepted = accept(json.dumps(kept["request"]).encode(), ServiceSettings())
+    asked = kept("time_cut_called_infeasible")
+    accepted = accept(json.dumps(asked["request"]).encode(), ServiceSettings())
     cell = cell_of(LayoutRequest.model_validate_json(accepted.text))
     layout = optimize(cell, Settings(time_limit=limit))
     assert layout.outcome is not Outcome.INFEASIBLE

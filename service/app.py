@@ -68,7 +68,7 @@ def create_app(
             SqlJobStore(settings.store_url()) if store is None else store,
             runs_on,
             Rules(settings.workers, settings.max_attempts, settings.time_limit, settings.grace),
-            Capacity(settings.max_queued, settings.keep_jobs),
+            Capacity(settings.max_queued, settings.max_queued_in_all, settings.keep_jobs),
         )
         await jobs.start()
         metrics.watch(workers=runs_on.alive, queued=lambda: jobs.waiting, running=lambda: jobs.running)

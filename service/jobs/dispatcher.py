@@ -106,6 +106,10 @@ class Dispatcher:
         """Jobs that wait for a worker."""
         return len(self._waiting)
 
+    def waiting_of(self, client: str) -> int:
+        """Jobs of a client that wait for a worker."""
+        return self._waiting.of(client)
+
     def retry_after(self) -> int:
         """s after which there is probably room in the queue."""
         mean = sum(self._seconds) / len(self._seconds)

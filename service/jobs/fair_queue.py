@@ -14,6 +14,10 @@ class FairQueue:
     def __len__(self) -> int:
         return sum(len(queue) for queue in self._queues.values())
 
+    def of(self, client: str) -> int:
+        """Number of a client's jobs that wait."""
+        return len(self._queues.get(client, ()))
+
     def add(self, client: str, job_id: str) -> None:
         """A job comes behind the others of its client."""
         self._queues.setdefault(client, deque()).append(job_id)

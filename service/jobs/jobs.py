@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import uuid
+from collections import Counter
 from collections.abc import AsyncIterator
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -29,9 +30,10 @@ EVENTS_AT_ONCE = 500
 
 @dataclass(frozen=True, slots=True)
 class Capacity:
-    """How much is kept: jobs that may wait, finished jobs that are remembered."""
+    """How much is kept: jobs of a client and of all that may wait, finished jobs that are remembered."""
 
     max_queued: int
+    max_queued_in_all: int
     keep: int
 
 
@@ -44,6 +46,7 @@ class Jobs:
         self._rules = rules
         self._capacity = capacity
         self._accepting: set[tuple[str, str]] = set()
+        self._storing: Counter[str] = Counter()  # jobs by client that are being stored, and will then wait
         self._background: list[asyncio.Task[None]] = []
         self._closing = False
         self._drained: asyncio.Task[None] | None = None
@@ -128,26 +131,41 @@ class Jobs:
         """Store a new job, running if a worker is free, and carry it out."""
         dispatcher = self._dispatcher
         at_once = dispatcher.reserve()
-        if not at_once and dispatcher.waiting >= self._capacity.max_queued:
-            wait = dispatcher.retry_after()
-            raise QueueFull(f"{dispatcher.waiting} layouts are waiting already. Try again in {wait} s.", wait)
+        if not at_once:
+            self._check_room(client)
         job = _new_job(accepted, client)
         active = Active(job)
         events = [active.feed.state(1, "status", status="queued")]
         if at_once:
             job = replace(job, status=JobStatus.RUNNING, started_at=job.created_at, attempts=1, revision=2)
             events.append(active.feed.state(2, "status", status="running", attempt=1))
+        self._storing[client] += not at_once
         try:
             await asyncio.to_thread(self._store.add, job, events, key, accepted.body_hash)
         except BaseException:
             if at_once:
                 dispatcher.release()
             raise
+        finally:
+            self._storing[client] -= not at_once
         active.feed.saved(events[-1].number)
         active.feed.tell(*events)
         active.job = job if at_once else replace(job, request="")  # long, and read again when its turn comes
         (dispatcher.run if at_once else dispatcher.queue)(active)
         return job
+
+    def _check_room(self, client: str) -> None:
+        """Refuse a job that finds no place in the queue; the places of a client are its own.
+
+        Raises:
+            QueueFull: there is none.
+        """
+        own = self._dispatcher.waiting_of(client) + self._storing[client]
+        every = self._dispatcher.waiting + self._storing.total()
+        if own >= self._capacity.max_queued or every >= self._capacity.max_queued_in_all:
+            number = f"{own} of your layouts" if own >= self._capacity.max_queued else f"{every} layouts"
+            wait = self._dispatcher.retry_after()
+            raise QueueFull(f"{number} are waiting already. Try again in {wait} s.", wait)
 
     # --------------------------------------------------------------------------------------------------------- looking
 

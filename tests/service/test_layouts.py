@@ -3,6 +3,7 @@
 import json
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 from fastapi.testclient import TestClient
 
 from service.accept import hash_of
+from service.keys import hash_line, new_key
 from service.workers.executor import SolveFailed
 
 Document = dict[str, Any]
@@ -146,6 +148,21 @@ def test_a_full_queue_says_when_to_come_back(client_with: Make, fake: Any, examp
     assert problem.json()["code"] == "queue-full"
     assert int(problem.headers["retry-after"]) >= 1
     assert problem.headers["content-type"] == "application/problem+json"
+
+
+def test_one_client_does_not_take_the_places_of_others(client_with: Make, fake: Any, example: Document) -> None:
+    fake.seconds = 5.0
+    greedy, other = new_key(), new_key()
+    keys = f"{hash_line('greedy', greedy)} {hash_line('other', other)}"
+    client = client_with(workers=1, max_queued=3, max_queued_in_all=5, api_keys=keys)
+
+    def send(key: str) -> Any:
+        return client.post("/v1/layouts", json=example, headers={"X-API-Key": key})
+
+    with ThreadPoolExecutor(8) as at_once:
+        statuses = list(at_once.map(send, [greedy] * 8))
+    assert sorted(answer.status_code for answer in statuses) == [202] * 4 + [429] * 4
+    assert [send(other).status_code for _ in range(3)] == [202, 202, 429]
 
 
 def test_pages_hold_every_layout_once_the_newest_first(client: TestClient, example: Document) -> None:

@@ -8,10 +8,14 @@ from math import cos, inf, sin
 
 from models.coupling.coupling import Base, Rows, check_arms
 
+APART = 0.01
+"""m; two bases that are nearer to each other lie in no direction: without it two contradictory directions are kept in
+one spot."""
+
 
 @dataclass(frozen=True, slots=True)
 class Direction:
-    """The second base lies from the first in a fixed horizontal direction.
+    """The second base lies from the first in a fixed horizontal direction, at least `APART` away.
 
     Attributes:
         arms: two.
@@ -30,4 +34,6 @@ class Direction:
         first, second = (bases[arm] for arm in self.arms)
         x, y = second[0] - first[0], second[1] - first[1]
         aside, along = -sin(self.angle) * x + cos(self.angle) * y, cos(self.angle) * x + sin(self.angle) * y
-        return Rows((aside, along), (0.0, 0.0), (0.0, inf), ("direction of the second base", "side of the second base"))
+        return Rows(
+            (aside, along), (0.0, APART), (0.0, inf), ("direction of the second base", "side of the second base")
+        )

@@ -1,8 +1,9 @@
 """Couplings that contradict each other or the base regions, before anything is known of the arms.
 
-All rows that are linear in the positions of the bases (one height, rails, directions, mirrored positions), and the
-largest distances as polygons around their discs, are one linear program: how much would all of them have to be loosened
-to be kept from inside the boxes of the bases? Where the answer is more than nothing, they cannot be kept.
+All rows that are linear in the positions of the bases (one height, rails, directions, mirrored positions), the largest
+distances as polygons around their discs, and least distances in a direction that is given are one linear program: how
+much would all of them have to be loosened to be kept from inside the boxes of the bases? Where the answer is more than
+nothing, they cannot be kept.
 """
 
 from __future__ import annotations
@@ -16,10 +17,11 @@ from scipy.optimize import linprog
 from models.arm import TURN
 from models.arrays import Floats
 from models.cell import Cell
-from models.coupling import Coupling, Distance, Mirror
+from models.coupling import Coupling, Direction, Distance, Mirror
 from models.kept import KEPT
 from optimizer.box import search_box
 from optimizer.infeasibility.cause import SURE, Infeasibility
+from optimizer.infeasibility.distance_conflicts import distance_conflicts
 
 SIDES = 32
 """Of the polygon around a disc."""
@@ -29,7 +31,9 @@ def coupling_conflicts(cell: Cell) -> tuple[Infeasibility, ...]:
     """Couplings that no bases keep; those that fail by themselves first."""
     if not cell.couplings:
         return ()
-    found = []
+    found = distance_conflicts(cell)
+    if found:
+        return tuple(found)
     for boxes in (_regions(cell), _within_reach(cell)):
         if boxes is None:
             continue
@@ -158,6 +162,12 @@ def _linear(couplings: Sequence[Coupling], arms: int) -> tuple[Floats, Floats]:
                 row[coupling.arms[0], :2] = -row[coupling.arms[1], :2]
                 rows.append(row.ravel())
                 highs.append(coupling.maximum)
+            for angle in _directions(coupling, couplings):
+                row = np.zeros((arms, 3))
+                row[coupling.arms[0], :2] = cos(angle), sin(angle)
+                row[coupling.arms[1], :2] = -row[coupling.arms[0], :2]
+                rows.append(row.ravel())
+                highs.append(-max(coupling.minimum - KEPT, 0.0))
             continue
         start = coupling.rows([np.zeros(4)] * arms)
         slopes = np.array([_slopes(coupling, arms, index, start.values) for index in range(3 * arms)])
@@ -173,6 +183,18 @@ def _linear(couplings: Sequence[Coupling], arms: int) -> tuple[Floats, Floats]:
                 rows.append(-slopes[:, r])
                 highs.append(float(value) - low)
     return np.array(rows).reshape(-1, 3 * arms), np.array(highs)
+
+
+def _directions(distance: Distance, couplings: Sequence[Coupling]) -> list[float]:
+    """rad, in which the second base of a distance lies from the first: what lies along it is then all of the distance.
+
+    It may be off by `KEPT` to the side, which shortens it by less.
+    """
+    first, second = distance.arms
+    ways = [coupling for coupling in couplings if isinstance(coupling, Direction)]
+    return [way.angle for way in ways if way.arms == (first, second)] + [
+        way.angle + pi for way in ways if way.arms == (second, first)
+    ]
 
 
 def _slopes(coupling: Coupling, arms: int, index: int, start: Sequence[float]) -> list[float]:

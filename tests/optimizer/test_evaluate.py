@@ -14,6 +14,7 @@ from models.arm import BaseRegion, Interval
 from models.cell import Cell
 from models.collision import CollisionModel
 from models.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from models.coupling.direction import APART
 from models.floor import Floor, Footprint
 from models.kinematics import flange_poses
 from models.pose import rotation_z, transform
@@ -209,7 +210,7 @@ def test_floor_that_is_not_free(footprint):
         (SameHeight((0, 1)), 0.1, "m"),
         (Distance((0, 1), minimum=1.5), 0.3, "m"),
         (Distance((0, 1), maximum=1.0), 0.2, "m"),
-        (Direction((0, 1), angle=np.pi), 1.2, "m"),
+        (Direction((0, 1), angle=np.pi), 1.2 + APART, "m"),
         (Rail((0, 1), angle=np.pi / 2), 1.2, "m"),
         (Mirror((0, 1), (0.0, 0.0), np.pi / 2), 2.0 * np.sin(0.15), "rad"),
     ],

@@ -19,6 +19,8 @@ from models.separation import separation
 from models.shapes import Body, Box
 from models.surroundings import Clearances, Equipment, PairClass, Part, Surroundings
 from models.task import Task
+from optimizer.infeasibility.coupling_conflicts import coupling_conflicts
+from optimizer.infeasibility.distance_conflicts import distance_conflicts
 from optimizer.infeasibility.immediate import immediate_infeasibility, refused
 from optimizer.infeasibility.self_distances import largest_distance
 from optimizer.layout import Outcome
@@ -110,7 +112,9 @@ def pair(**around: object) -> Cell:
     [
         ((Distance((0, 1), 1.7, 2.0),), "ask for 1.442 m"),
         ((Distance((0, 1), 0.0, 0.5),), "ask for 0.6 m"),
-        ((Distance((0, 1), 1.1, 2.0), Distance((0, 1), 0.0, 1.0)), "distance (coupling 0)"),
+        ((Distance((0, 1), 1.1, 2.0), Distance((0, 1), 0.0, 1.0)), "at least 1.1 m, but coupling 1 leave 1 m"),
+        ((Direction((0, 1), 0.0), Distance((1, 0), 1.21)), "direction (coupling 0) and distance (coupling 1)"),
+        ((Direction((1, 0), np.pi), Distance((1, 0), 1.21)), "direction (coupling 0) and distance (coupling 1)"),
         ((Direction((0, 1), np.pi / 2),), "direction"),
         ((Rail((0, 1), 0.0, (0.0, 1.0)),), "rail"),
         ((Mirror((0, 1), (0.0, 0.9), 0.0),), "mirror"),
@@ -122,6 +126,24 @@ def test_couplings_that_no_bases_keep_are_named(couplings, words):
     assert {cause.kind for cause in causes} == {"coupling"}
     assert all(set(cause.arms) == {0, 1} for cause in causes)
     assert words in causes[0].detail
+
+
+@pytest.mark.parametrize("other", [Direction((0, 1), 1.57), Direction((1, 0), 0.0), Direction((0, 1), 0.001)])
+def test_two_directions_are_not_kept_in_one_spot(other):
+    boxes = region((-5.0, 5.0), (-5.0, 5.0))
+    arms = tuple(make_arm("ur5e", name, base=boxes) for name in "ab")
+    (cause,) = coupling_conflicts(Cell(HOLD, arms, couplings=(Direction((0, 1), 0.0), other)))
+    assert "direction (coupling 0) and direction (coupling 1)" in cause.detail
+
+
+def test_distances_contradict_each_other_along_a_chain_of_arms():
+    boxes = region((-5.0, 5.0), (-5.0, 5.0))
+    arms = tuple(make_arm("ur5e", name, base=boxes) for name in "abc")
+    chain = (Distance((0, 1), 0.0, 0.5), Distance((2, 1), 0.0, 0.7))
+    (cause,) = distance_conflicts(Cell(HOLD, arms, couplings=(*chain, Distance((2, 0), 1.3))))
+    assert "coupling 0 and coupling 1 leave 1.2 m" in cause.detail or "coupling 1 and coupling 0" in cause.detail
+    assert (cause.pointer, cause.missing) == ("/coupling/2/minimum", pytest.approx(0.1))
+    assert not distance_conflicts(Cell(HOLD, arms, couplings=(*chain, Distance((2, 0), 1.2))))
 
 
 def test_mirrored_yaws_need_intervals_that_meet():

@@ -1,0 +1,67 @@
+"""Distances that contradict each other, wherever the bases stand: no side of a polygon is longer than the others."""
+
+from __future__ import annotations
+
+from math import floor, inf
+
+from models.cell import Cell
+from models.coupling import Distance
+from models.kept import KEPT
+from optimizer.infeasibility.cause import SURE, Infeasibility
+
+Chain = tuple[float, tuple[int, ...]]
+"""How far apart two bases may be, m, and the couplings that say so one after the other."""
+
+
+def distance_conflicts(cell: Cell) -> list[Infeasibility]:
+    """Least distances that are more than what the largest distances along some chain of arms add up to."""
+    longest = _longest(cell)
+    found = []
+    for k, coupling in enumerate(cell.couplings):
+        if not isinstance(coupling, Distance):
+            continue
+        most, chain = longest.get(frozenset(coupling.arms), (inf, ()))
+        if coupling.minimum <= most + (len(chain) + 1) * KEPT + SURE:
+            continue
+        first, second = (cell.arms[arm].name for arm in coupling.arms)
+        others = " and ".join(f"coupling {other}" for other in chain)
+        possible = floor(1e3 * most) / 1e3
+        detail = (
+            f"{first} and {second}: coupling distance asks for at least {coupling.minimum:g} m, but {others} leave "
+            f"{most:g} m: ask for {possible:g} m, or let {others} give way"
+        )
+        found.append(
+            Infeasibility(
+                kind="coupling",
+                detail=detail,
+                arms=coupling.arms,
+                required=coupling.minimum,
+                possible=possible,
+                missing=coupling.minimum - possible,
+                pointer=f"/coupling/{k}/minimum",
+                unit="m",
+            )
+        )
+    return found
+
+
+def _longest(cell: Cell) -> dict[frozenset[int], Chain]:
+    """How far apart any two arms may be by the largest distances (Floyd and Warshall's shortest paths)."""
+    paths: dict[frozenset[int], Chain] = {}
+    for k, coupling in enumerate(cell.couplings):
+        if isinstance(coupling, Distance):
+            _improve(paths, frozenset(coupling.arms), (coupling.maximum, (k,)))
+    arms = range(len(cell.arms))
+    for through in arms:
+        for first in arms:
+            for second in range(first):
+                halves = paths.get(frozenset((first, through))), paths.get(frozenset((through, second)))
+                if through not in (first, second) and halves[0] is not None and halves[1] is not None:
+                    both = halves[0][0] + halves[1][0], halves[0][1] + halves[1][1]
+                    _improve(paths, frozenset((first, second)), both)
+    return paths
+
+
+def _improve(paths: dict[frozenset[int], Chain], pair: frozenset[int], chain: Chain) -> None:
+    if pair not in paths or chain[0] < paths[pair][0]:
+        paths[pair] = chain

@@ -11,10 +11,13 @@ from models.arrays import Floats, set_frozen
 from models.pose import rotation_z, transform
 from models.posture import Posture
 from models.robot import Robot
+from models.weights import check_weights
 
 TURN = 2.0 * pi
 ROUNDING = 1e-12
 """rad"""
+NARROWEST = 1e-4
+"""rad; a joint with less range is no joint."""
 SINGULAR_WRIST = 1e-3
 """rad; a pose whose wrist is nearer than this to its singularity is not usable, unless the arm is told to allow it."""
 
@@ -101,6 +104,9 @@ class Arm:
         min_conditioning: smallest allowed σmin/σmax of the Jacobian along the path, or None.
         mount: (3, 3) base orientation in the world at yaw 0; the yaw turns about the base's own z axis.
         avoid_singularities: refuse poses at which the wrist is within `SINGULAR_WRIST` of its singularity.
+
+    Raises:
+        InvalidInput: a weight that is out of range (`models.weights`).
     """
 
     name: str
@@ -127,6 +133,7 @@ class Arm:
         set_frozen(self, "mount", self.mount, (3, 3))
         for name in ("lower", "upper", "reference", "weights"):
             set_frozen(self, name, getattr(self, name), (n,))
+        check_weights(self.weights, "/weights")
 
     @property
     def dof(self) -> int:

@@ -12,6 +12,7 @@ from math import isfinite, pi
 
 import numpy as np
 
+from models.arm import NARROWEST
 from models.arrays import Floats
 from models.errors import InvalidRobot
 from models.kinematics import characteristic_length, conditioning
@@ -108,9 +109,10 @@ def _check_row(index: int, row: DhRow) -> None:
                 "Lengths are metres and angles radians.",
                 f"/dh/{index}/{field.name}",
             )
-    if row.lower >= row.upper:
+    if row.upper - row.lower < NARROWEST:
         raise InvalidRobot(
-            f"lower limit {row.lower:g} rad of joint {index + 1} is not below its upper limit {row.upper:g} rad; "
+            f"lower limit {row.lower:g} rad of joint {index + 1} is not {NARROWEST:g} rad below its upper limit "
+            f"{row.upper:g} rad; "
             "swap them, or leave the joint some range.",
             f"/dh/{index}/lower",
         )

@@ -15,6 +15,8 @@ from numpy.typing import ArrayLike
 from models.arrays import Floats, frozen, set_frozen
 from models.convex_polygons import convex_parts, cross, hull_and_dents, opened, polygon_gaps, simple_polygon
 from models.errors import InvalidInput
+from models.ranges import check_between
+from models.shapes import LARGEST, SMALLEST
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,17 +39,16 @@ class Footprint:
         """A round plate.
 
         Raises:
-            InvalidInput: a radius that is negative or not finite.
+            InvalidInput: a radius that is negative, absurd or not finite.
         """
-        if not (np.isfinite(radius) and radius >= 0.0):
-            raise InvalidInput(f"the radius of a footprint is {radius:g} m; it must not be negative.", "/radius")
+        check_between("the radius of a footprint", radius, (0.0, LARGEST), "/radius")
         return Footprint(np.zeros((1, 2)), radius)
 
     @staticmethod
     def rectangle(x: float, y: float) -> Footprint:
         """A plate of full lengths ``x`` and ``y`` [m] centred on the base origin."""
-        if not (np.isfinite(x) and np.isfinite(y) and x > 0.0 and y > 0.0):
-            raise InvalidInput(f"a footprint of {x:g} m by {y:g} m; both lengths must be positive.", "/size")
+        for side in (x, y):
+            check_between("a side of a footprint", side, (SMALLEST, LARGEST), "/size")
         return Footprint(0.5 * np.array([[-x, -y], [x, -y], [x, y], [-x, y]]))
 
     @staticmethod
@@ -105,8 +106,7 @@ class Floor:
     _pieces: tuple[tuple[str, Floats], ...] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.margin) and self.margin >= 0.0):
-            raise InvalidInput(f"the margin is {self.margin:g} m; it must not be negative.", "/margin")
+        check_between("the margin", self.margin, (0.0, LARGEST), "/margin")
         walls: list[tuple[Floats, float]] = []
         pieces: list[tuple[str, Floats]] = []
         if self.allowed is not None:

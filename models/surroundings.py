@@ -14,7 +14,8 @@ from models.errors import InvalidInput
 from models.floor import POINT, Floor, Footprint
 from models.links import LinkBody, link_bodies
 from models.pose import transform
-from models.shapes import LARGEST, Body, Box, ConvexHull, Cylinder, HalfSpace, Shape
+from models.ranges import check_between
+from models.shapes import LARGEST, SMALLEST, Body, Box, ConvexHull, Cylinder, HalfSpace, Shape
 
 Obstacle = Body
 """A body in the world."""
@@ -43,8 +44,7 @@ class Part:
     grasp_zone: float = 0.0
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.grasp_zone <= LARGEST:
-            raise InvalidInput(f"grasp_zone is {self.grasp_zone:g} m; it must not be negative.", "/grasp_zone")
+        check_between("grasp_zone", self.grasp_zone, (0.0, LARGEST), "/grasp_zone")
         for index, body in enumerate(self.bodies):
             if isinstance(body.shape, HalfSpace):
                 raise InvalidInput("a half-space cannot be carried; use a box.", f"/bodies/{index}/shape")
@@ -63,10 +63,13 @@ class Pedestal:
     footprint: Footprint
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.height <= LARGEST:
-            raise InvalidInput(f"the height of a pedestal is {self.height:g} m; it must be positive.", "/height")
+        check_between("the height of a pedestal", self.height, (SMALLEST, LARGEST), "/height")
         if len(self.footprint.corners) == 1 and self.footprint.radius <= 0.0:
             raise InvalidInput("the footprint of a pedestal needs an area.", "/footprint")
+        try:
+            self.body  # noqa: B018  # whether it can be built is seen here and not in the middle of a search
+        except InvalidInput as error:
+            raise InvalidInput(f"the footprint of a pedestal cannot be used: {error.detail}", "/footprint") from error
 
     @property
     def body(self) -> Body:
@@ -100,9 +103,9 @@ class Clearances:
     def __post_init__(self) -> None:
         for one in fields(self):
             value = getattr(self, one.name)
-            if value is not None and not 0.0 <= value <= LARGEST:
+            if value is not None:
                 name = "self" if one.name == "self_collision" else one.name
-                raise InvalidInput(f"the clearance {name} is {value:g} m; it must not be negative.", f"/{name}")
+                check_between(f"the clearance {name}", value, (0.0, LARGEST), f"/{name}")
 
     @property
     def any(self) -> bool:

@@ -15,6 +15,7 @@ from models.arrays import Bools, Floats, Ints, set_frozen
 from models.errors import InvalidRotation, InvalidTask
 from models.jobs import joined, slices
 from models.pose import HALF_TURN_TOLERANCE, interpolate_rotations, rotation_about, transform
+from models.weights import check_weights
 
 LENGTH_TOLERANCE = 1e-6
 """m; how far arc data may contradict themselves (radii of both ends, chord against normal)."""
@@ -47,6 +48,7 @@ class Task:
         set_frozen(self, "poses", self.poses, (None, 4, 4))
         m = len(self.poses)
         set_frozen(self, "weights", self.weights if len(self.weights) else np.ones(m), (m,))
+        check_weights(self.weights, "/weights")
         object.__setattr__(self, "names", self.names or ("",) * len(self.starts))
         if self.starts[:1] != (0,) or any(a >= b for a, b in zip(self.starts, (*self.starts[1:], m), strict=True)):
             raise ValueError(f"jobs of {m} poses cannot start at {self.starts}")

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from models import catalogue
+from models.arm import NARROWEST, BaseRegion, Interval, equal_weights, range_weights
 from models.arm import Arm as ModelArm
-from models.arm import BaseRegion, Interval, equal_weights, range_weights
 from models.arrays import Bools, Floats
 from models.closed_form import closed_form
 from models.dh import DhRow, robot_from_dh
@@ -44,27 +44,31 @@ def arm_of(arm: Arm, pointer: str, robots: Mapping[str, Robot], issues: Issues) 
         return None
     tool = flange_of(arm, robot, pointer, issues) @ in_flange
     check_radians([float(value) for value in as_list(arm.base.yaw)], f"{pointer}/base/yaw", issues)
+    check_radians([arm.mount.roll], f"{pointer}/mount/roll", issues)
+    check_radians([arm.mount.pitch], f"{pointer}/mount/pitch", issues)
     lower, upper = _limits(arm, robot, pointer, issues)
     reference = _reference(arm, robot, (lower, upper), pointer, issues)
     weights = _weights(arm, robot, (lower, upper), pointer, issues)
     posture = _posture(arm.posture, robot, pointer, issues)
     if len(issues.found) > before:
         return None
-    return ModelArm(
-        name=arm.name,
-        robot=robot,
-        tool=tool,
-        grasp=grasp,
-        base=_region(arm.base),
-        lower=lower,
-        upper=upper,
-        reference=reference,
-        weights=weights,
-        posture=posture,
-        min_conditioning=arm.min_conditioning,
-        mount=rotation_from_rpy([arm.mount.roll, arm.mount.pitch, 0.0]),
-        avoid_singularities=arm.singularities == "avoid",
-    )
+    with issues.at(pointer):
+        return ModelArm(
+            name=arm.name,
+            robot=robot,
+            tool=tool,
+            grasp=grasp,
+            base=_region(arm.base),
+            lower=lower,
+            upper=upper,
+            reference=reference,
+            weights=weights,
+            posture=posture,
+            min_conditioning=arm.min_conditioning,
+            mount=rotation_from_rpy([arm.mount.roll, arm.mount.pitch, 0.0]),
+            avoid_singularities=arm.singularities == "avoid",
+        )
+    return None
 
 
 def _robot(arm: Arm, pointer: str, robots: Mapping[str, Robot], issues: Issues) -> Robot | None:
@@ -127,11 +131,11 @@ def _limits(arm: Arm, robot: Robot, pointer: str, issues: Issues) -> tuple[Float
     if arm.limits is None or not _fits([*arm.limits], robot, f"{pointer}/limits", issues):
         return robot.lower, robot.upper
     for joint, (low, high) in enumerate(arm.limits):
-        if low == high:
+        if high - low < NARROWEST:
             issues.add(
                 f"{pointer}/limits/{joint}",
                 f"Joint {robot.joint_names[joint]} may not move at all ([{low:g}, {high:g}] rad); "
-                "a lower limit below the upper one is needed. Widen it.",
+                f"a lower limit {NARROWEST:g} rad below the upper one is needed. Widen it.",
             )
     pairs = np.array(arm.limits)
     return pairs[:, 0], pairs[:, 1]

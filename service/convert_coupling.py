@@ -7,6 +7,7 @@ from math import inf
 
 from models.coupling import Coupling as ModelCoupling
 from models.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from service.convert_pose import check_radians
 from service.issues import Issues, shortened
 from service.schemas import coupling as schema
 from service.schemas.coupling import Coupling
@@ -24,6 +25,8 @@ def couplings_of(couplings: list[Coupling], names: list[str], issues: Issues) ->
     for index, coupling in enumerate(couplings):
         pointer = f"/coupling/{index}"
         arms = _arms(coupling, names, pointer, issues)
+        if isinstance(coupling, (schema.Direction, schema.Mirror, schema.Rail)):
+            check_radians([coupling.angle], f"{pointer}/angle", issues)
         if arms is not None:
             with issues.at(pointer):
                 made.append(_made(coupling, arms))

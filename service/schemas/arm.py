@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from service.schemas.base import MOST_JOINTS, TAG, Interval, Label, NotNegative, PerJoint, Strict
+from service.schemas.base import MOST_JOINTS, TAG, Interval, Label, PerJoint, Strict, Weight
 from service.schemas.pose import IDENTITY, Pose
 from service.schemas.shapes import CAPSULE, Solid
 from service.schemas.surroundings import Footprint, Pedestal
@@ -31,7 +31,7 @@ Allowed = Annotated[
 """A fixed value or the interval to choose from."""
 
 Weights = Annotated[
-    Annotated[Literal["range", "equal"], Tag("@word")] | Annotated[list[NotNegative], PerJoint, Tag("@list")],
+    Annotated[Literal["range", "equal"], Tag("@word")] | Annotated[list[Weight], PerJoint, Tag("@list")],
     Discriminator(_word_or_list),
 ]
 
@@ -168,8 +168,8 @@ class Arm(Strict):
     )
     weights: Weights = Field(
         default="range",
-        description="Weights of the objective: 'range' (8.8), 'equal', or one number >= 0 per joint. Joints without "
-        "limits weigh 0 unless numbers are given.",
+        description="Weights of the objective: 'range' (8.8), 'equal', or one number per joint, 0 or 1e-6 to 1e6: only "
+        "their ratios matter. Joints without limits weigh 0 unless numbers are given.",
         examples=["range"],
     )
     posture: Posture | None = Field(

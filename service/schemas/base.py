@@ -94,6 +94,17 @@ MOST_JOINTS = 16
 FIRST_WRONG = Field(fail_fast=True)
 """Of lists that may be long: only the first member that is wrong is told."""
 
+
+def _weight(value: float) -> float:
+    """Refuse weights that are neither nothing nor something."""
+    if 0.0 < value < LEAST_WEIGHT:
+        raise PydanticCustomError("weight", "too small for a weight", {"least": LEAST_WEIGHT, "most": MOST_WEIGHT})
+    return value
+
+
+LEAST_WEIGHT, MOST_WEIGHT = 1e-6, 1e6
+Weight = Annotated[float, Field(ge=0.0, le=MOST_WEIGHT), AfterValidator(_weight)]
+"""0, or between `LEAST_WEIGHT` and `MOST_WEIGHT`: only the ratios of weights matter."""
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 Vector2 = Annotated[list[float], Field(min_length=2, max_length=2)]

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field, Tag
 
-from service.schemas.base import FIRST_WRONG, Label, NotNegative, Strict, Vector3, exactly_one_of
+from service.schemas.base import FIRST_WRONG, Label, Strict, Vector3, Weight, exactly_one_of
 from service.schemas.pose import Pose
 
 LINE_START = {"position": [0.73, 0.35, 0.1], "orientation": {"rpy": [0.0, 0.0, -0.785398]}}
@@ -103,10 +103,10 @@ class FamilyJob(Strict):
         "end of one job to the start of the next.",
         examples=[{"line": LINE}],
     )
-    weight: NotNegative = Field(
+    weight: Weight = Field(
         default=1.0,
-        le=1e6,
-        description="What each pose of this job counts for in the objective; 0: the job only has to be possible.",
+        description="What each pose of this job counts for in the objective, 1e-6 to 1e6; 0: the job only has to be "
+        "possible.",
         examples=[1.0],
     )
     grasps: dict[str, Pose] = Field(

@@ -172,6 +172,11 @@ def _interval(error: ErrorDetails) -> str:
     return f"has its low end {low:g} above its high end {high:g}; [low, high] is needed. {advice}"
 
 
+def _weight(error: ErrorDetails) -> str:
+    least, most = error["ctx"]["least"], error["ctx"]["most"]
+    return f"is {error['input']:g}; a weight is 0 or lies between {least:g} and {most:g}. Only their ratios matter."
+
+
 def _control(error: ErrorDetails) -> str:
     return "holds control characters such as line breaks. Remove them."
 
@@ -202,4 +207,5 @@ SENTENCES: dict[str, Callable[[ErrorDetails], str]] = {
     "one_of": _one_of,
     "interval_order": _interval,
     "control_characters": _control,
+    "weight": _weight,
 }

@@ -7,10 +7,16 @@ from collections.abc import Iterator
 from service.issues import InvalidRequest, Issue, pointer_of
 from service.schemas.arm import Arm, DhTable
 from service.schemas.coupling import Direction, Distance, Mirror, Rail
+from service.schemas.evaluate import PlacedArm
 from service.schemas.request import Certificate, LayoutRequest
 from service.schemas.task import ArcByCenter, ArcByRadius, ArcTask, PosesTask, Task
 from service.settings import Limits
 from service.validation.count_limits import CODE
+
+MOST_KEPT = 5.0
+"""m; nobody asks for a larger clearance, margin or grasp zone: it is in millimetres."""
+MOST_NORMAL = 1e6
+"""Of the numbers of a normal; the square of what is far larger is infinite."""
 
 
 def check_sizes(request: LayoutRequest, limits: Limits) -> None:
@@ -19,7 +25,7 @@ def check_sizes(request: LayoutRequest, limits: Limits) -> None:
     Raises:
         InvalidRequest: with one issue per number.
     """
-    found = [*_far(request, limits), *_wide(request, limits)]
+    found = [*_far(request, limits), *_wide(request, limits), *_thick(request), *_steep(request)]
     found += _long(request, limits)
     if found:
         raise InvalidRequest(found)
@@ -69,12 +75,46 @@ def _wide(request: LayoutRequest, limits: Limits) -> Iterator[Issue]:
                 )
 
 
+def _thick(request: LayoutRequest) -> Iterator[Issue]:
+    """Distances to keep that are plainly millimetres."""
+    kept = [] if request.clearance is None else request.clearance.model_dump().items()
+    asked = [(f"/clearance/{name}", value) for name, value in kept if value is not None]
+    asked += [] if request.floor is None else [("/floor/margin", request.floor.margin)]
+    asked += [] if request.part is None else [("/part/grasp_zone", request.part.grasp_zone)]
+    for pointer, value in asked:
+        if value > MOST_KEPT:
+            detail = (
+                f"{value:g} m is more than any cell keeps; at most {MOST_KEPT:g} m. Lengths are metres: if millimetres "
+                f"were meant, send {value / 1e3:g}."
+            )
+            yield Issue(pointer, detail)
+
+
+def _steep(request: LayoutRequest) -> Iterator[Issue]:
+    """Normals whose length leaves the numbers."""
+    for pointer, task in _ways(request):
+        if (
+            isinstance(task, ArcTask)
+            and isinstance(task.arc, ArcByRadius)
+            and max(map(abs, task.arc.normal)) > MOST_NORMAL
+        ):
+            detail = f"Its numbers must not exceed {MOST_NORMAL:g}; only its direction counts. Send a unit vector."
+            yield Issue(f"{pointer}/arc/normal", detail)
+
+
+def _ways(request: LayoutRequest) -> Iterator[tuple[str, Task]]:
+    """Every task, with its place."""
+    if request.task is not None:
+        yield "/task", request.task
+    for index, job in enumerate(request.tasks or []):
+        yield f"/tasks/{index}/task", job.task
+
+
 def _lengths(request: LayoutRequest) -> Iterator[tuple[str, list[float]]]:
     """Every length of a request, with its place."""
-    if request.task is not None:
-        yield from _lengths_of_task("/task", request.task)
+    for pointer, task in _ways(request):
+        yield from _lengths_of_task(pointer, task)
     for index, job in enumerate(request.tasks or []):
-        yield from _lengths_of_task(f"/tasks/{index}/task", job.task)
         for name, pose in job.grasps.items():
             yield pointer_of(["tasks", index, "grasps", name, "position"]), pose.position
     for index, arm in enumerate(request.arms):
@@ -115,6 +155,7 @@ def _lengths_of_floor_and_couplings(request: LayoutRequest) -> Iterator[tuple[st
             yield f"/coupling/{index}/point", coupling.point
         elif isinstance(coupling, Distance):
             yield f"/coupling/{index}/minimum", [coupling.minimum]
+            yield f"/coupling/{index}/maximum", [0.0 if coupling.maximum is None else coupling.maximum]
 
 
 def _angles(request: LayoutRequest) -> Iterator[tuple[str, list[float]]]:
@@ -135,6 +176,8 @@ def _joint_angles(at: str, arm: Arm) -> Iterator[tuple[str, list[float]]]:
         yield f"{at}/limits/{joint}", pair
     if arm.reference is not None:
         yield f"{at}/reference", arm.reference
+    if isinstance(arm, PlacedArm):
+        yield from ((f"{at}/joints/{pose}", values) for pose, values in enumerate(arm.joints or []))
     if isinstance(arm.robot, DhTable):
         for joint, row in enumerate(arm.robot.dh):
             yield f"{at}/robot/dh/{joint}/lower", [row.lower]

@@ -216,7 +216,8 @@ class _Near:
 def _from_segments(points: Floats, ends: Floats) -> Floats:
     """(..., P) m, distances of points (..., P, 3) from segments (..., 2, 3)."""
     start, way = ends[..., None, 0, :], (ends[..., 1, :] - ends[..., 0, :])[..., None, :]
-    share = np.sum((points - start) * way, axis=-1) / np.maximum(np.sum(way * way, axis=-1), 1e-300)
-    nearest = start + np.clip(share, 0.0, 1.0)[..., None] * way
-    distance: Floats = np.linalg.norm(points - nearest, axis=-1)
+    apart, length = points - start, np.einsum("...a,...a->...", way, way)
+    share = np.clip(np.einsum("...a,...a->...", apart, way) / np.maximum(length, 1e-300), 0.0, 1.0)
+    apart = apart - share[..., None] * way
+    distance: Floats = np.sqrt(np.einsum("...a,...a->...", apart, apart))
     return distance

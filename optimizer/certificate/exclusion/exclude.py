@@ -26,8 +26,9 @@ from optimizer.coupled.scene import Scene
 from optimizer.reduced import ReducedProblem
 
 NO_LEVELS: Mapping[int, float] = {}
-ROWS = 4000
-"""Poses times boxes tested at once: places of all points of all links are kept for them."""
+ROWS = 1000
+"""Poses times boxes tested at once: places of all points of all links are kept for them, few enough for the cache of
+the processor (1.3 ms a box in place of 1.7 at ten poses)."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -31,6 +31,17 @@ def test_budget_counts_boxes_and_grows_with_what_a_search_costs() -> None:
     assert boxes_for(1.0, 1000) < boxes_for(1.0, 10)
 
 
+def test_one_arm_among_its_surroundings_is_worth_less_while_a_layout_is_known() -> None:
+    one = replace(LINE, arms=LINE.arms[:1], surroundings=_clear())
+    pair = replace(LINE, surroundings=_clear())
+    found, nothing = automatic(one, 7.0), automatic(one, 7.0, found=False)
+    assert len(pair.arms) > 1
+    assert found.boxes is not None
+    assert nothing.boxes is not None
+    assert search_time(one) < search_time(pair)
+    assert nothing.boxes > 4 * found.boxes
+
+
 @pytest.mark.parametrize("boxes", [1, 500, 777])
 def test_tree_stops_at_its_number_of_boxes_whatever_the_clock_says(boxes: int, monkeypatch: pytest.MonkeyPatch) -> None:
     problem = reduced_problem(LINE, LINE.arms[0])

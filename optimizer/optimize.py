@@ -147,12 +147,14 @@ def _layout(cell: Cell, searches: list[ArmSearch], certificate: Certificate | No
     reasons: list[Reason] = []
     for search in searches:
         reasons.extend(search.reasons)
-        if search.best is not None:
-            placements.append(placed(cell, search.arm, search.best))
-            checks.append(check(cell, search.arm, search.best))
+        shown = search.best or search.nearest
+        if shown is not None:
+            placements.append(placed(cell, search.arm, shown))
+            checks.append(check(cell, search.arm, shown))
     if certificate is not None:
         reasons = [*certificate.reasons, *reasons]
-    usable = len(placements) == len(searches) and not cell.coupled
+    complete = all(search.best is not None for search in searches)
+    usable = complete and not cell.coupled
     objective = sum(p.objective for p in placements) if usable else None
     certificate = None if certificate is None else against(certificate, objective)
     proved = certificate is not None and certificate.proved
@@ -172,7 +174,7 @@ def _layout(cell: Cell, searches: list[ArmSearch], certificate: Certificate | No
         ),
         verification=summarise(checks) if checks else None,
         certificate=certificate,
-        jobs=jobs_of(cell, placements),
+        jobs=jobs_of(cell, placements if complete else ()),
     )
 
 

@@ -48,6 +48,9 @@ CHUNK = 1024
 """Positions evaluated at once, to bound memory."""
 THINNED = 2
 """Times as many points where a conditioning is asked for: it thins the usable set out."""
+STRICTER = 100.0
+"""How much dearer violations are where the best usable point of a posture is improved all the same: what a conditioning
+rules out may cost half as much, and draws everything else away."""
 CONDITIONED, CONDITIONED_POSES = 8192, 5
 """Paths of a round whose conditioning is looked at, and at how many of their poses: singular values are dear."""
 
@@ -129,6 +132,8 @@ def screen(problem: ReducedProblem, box: Floats, seed: int, round_: int = 0) -> 
     if len(small.positions) < len(problem.positions):
         best += _by_whole_task(problem, net)
     found = improve(small, best, frame, 0.5**FIRST_STEPS * spacing, LAST_STEPS)
+    if careful:
+        found += improve(small.stricter(STRICTER), _of_every_posture(net), frame, spacing, FIRST_STEPS + LAST_STEPS)
     found.sort(key=lambda c: scored(small, c))
     evaluated = len(points) * int(np.sum(problem.postures))
     return Screen(
@@ -207,6 +212,15 @@ def _pick(problem: ReducedProblem, net: _Net) -> list[Candidate]:
     values = np.where(net.violation > 0.0, np.inf, net.objective)
     _take(picked, values, net.points, net.neighbours, net.spacing, MORE_USABLE)
     return [net.candidate(k, i) for k, i in picked]
+
+
+def _of_every_posture(net: _Net) -> list[Candidate]:
+    """The best usable point of every posture, or else the one that lacks least."""
+    value = np.where(net.violation > 0.0, np.inf, net.objective)
+    none = ~np.any(np.isfinite(value), axis=1)
+    value[none] = net.violation[none]
+    best = np.argmin(value, axis=1)
+    return [net.candidate(k, int(i)) for k, i in enumerate(best) if np.isfinite(net.score[k, i])]
 
 
 def mixed(candidates: list[Candidate], count: int, of_a_posture: int) -> list[Candidate]:

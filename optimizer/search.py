@@ -26,6 +26,7 @@ from optimizer.settings import CertificateSettings, Settings
 from optimizer.single_arm.base_sample import BoxFrame
 from optimizer.single_arm.basins import LEVEL, ROUNDED, distinct_optima, elsewhere
 from optimizer.single_arm.doubt import at_limit, in_doubt
+from optimizer.single_arm.nearest import nearest_candidate, nearest_path
 from optimizer.single_arm.passable import best_passable, with_places
 from optimizer.single_arm.redundant.parameters import PARAMETERS, THOROUGH, UnreducedParameters
 from optimizer.single_arm.redundant.reachable_poses import unreached_poses
@@ -44,6 +45,9 @@ DEEPER = 1.05
 DECIDE_WORTH, DECIDE_GAP = 5.0, 1e-3
 """s, counted in boxes, and relative gap of the branch and bound that decides whether a task is possible for which no
 usable candidate was met."""
+EARLY_WORTH, EARLY_POSE, EARLY_POSES = 0.1, 2e-3, 512
+"""s, and s per pose, that it is worth before local solves, which take longer and may lead nowhere; most poses of a task
+for which it can tell anything so soon."""
 SHARE = 0.5
 """Share of the time left that one local solve may take: a start that struggles must not use up the others' time."""
 SOLVE_POSE = 0.05
@@ -64,6 +68,7 @@ class ArmSearch:
     Attributes:
         arm: the arm.
         best: best usable point whose way from pose to pose can be gone, or None.
+        nearest: where there is none, what was seen that comes nearest: usable but for its way, or breaking least.
         objective: E there; infinite without a point.
         candidates: bases × postures looked at. starts: local solves.
         optima: usable points that local solves ended in, best first: (objective, point).
@@ -76,6 +81,7 @@ class ArmSearch:
 
     arm: Arm
     best: ArmPoint | None = None
+    nearest: ArmPoint | None = None
     objective: float = np.inf
     candidates: int = 0
     starts: int = 0
@@ -115,19 +121,29 @@ def _search_reduced(
     cell: Cell, search: ArmSearch, problem: ReducedProblem, box: Floats, seed: int, deadline: float
 ) -> None:
     """Rounds of screening and local solves until something usable is found."""
-    screens: list[Screen] = []
+    candidates: list[Candidate] = []
     for round_ in range(ROUNDS if np.any(box[:, 1] > box[:, 0]) else 1):
-        screens.append(screen(problem, box, seed, round_))
-        search.candidates += screens[-1].evaluated
-        usable = [c.objective for c in screens[-1].candidates if c.violation == 0.0]
+        found = screen(problem, box, seed, round_)
+        candidates += found.candidates
+        search.candidates += found.evaluated
+        usable = [c.objective for c in found.candidates if c.violation == 0.0]
         tell(Screened(search.arm.name, search.candidates, len(usable), min(usable, default=None)))
-        _solve_candidates(cell, search, problem, screens[-1], deadline)
+        if (
+            round_ == 0
+            and not usable
+            and len(problem.positions) <= EARLY_POSES
+            and _decide(cell, search, problem, deadline, early=True)
+        ):
+            break
+        _solve_candidates(cell, search, problem, found, deadline)
         if search.best is not None or not search.finished:
-            return
+            break
         if round_ == 0 and _decide(cell, search, problem, deadline):
-            return
-    candidates = [candidate for found in screens for candidate in found.candidates]
-    search.reasons = _stuck(cell, search) or explain_reduced(cell, problem, box, candidates, seed)
+            break
+    else:
+        search.reasons = _stuck(cell, search) or explain_reduced(cell, problem, box, candidates, seed)
+    if search.best is None:
+        search.nearest = search.optima[0][1] if search.optima else nearest_candidate(problem, candidates)
 
 
 def _search_boxes(
@@ -190,18 +206,20 @@ def _search_finer(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadlin
         search.reasons = ()
 
 
-def _decide(cell: Cell, search: ArmSearch, problem: ReducedProblem, deadline: float) -> bool:
+def _decide(cell: Cell, search: ArmSearch, problem: ReducedProblem, deadline: float, *, early: bool = False) -> bool:
     """Let branch and bound say whether the arm can do the task at all; True if that settles the search.
 
     It finds usable paths in corners that a spread of points misses, and knows when there are none. What it finds before
-    its time is up may not be the best.
+    its time is up may not be the best; ``early`` it is of no interest then.
     """
-    limit, boxes = max(deadline - time.perf_counter(), 0.0), boxes_for(DECIDE_WORTH, len(problem.positions))
+    poses = len(problem.positions)
+    worth = EARLY_WORTH + EARLY_POSE * poses if early else DECIDE_WORTH
+    limit, boxes = max(deadline - time.perf_counter(), 0.0), boxes_for(worth, poses)
     proof = certify(problem, None, CertificateSettings(DECIDE_GAP, limit, boxes))
     if proof.infeasible:
         search.proved = True
         search.reasons = explain_proof(cell, search.arm, proof.obstacles)
-    elif proof.found is not None:
+    elif proof.found is not None and (proof.proved or not early):
         start = path_from(problem, proof.found.position, proof.found.signs)
         _keep(cell, search, _solve(cell, search, start, deadline), deadline)
     return proof.infeasible or (proof.proved and search.best is not None)
@@ -253,6 +271,8 @@ def _search_general(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadl
         _search_seeds(cell, search, box, seed, deadline, THOROUGH)
     if search.best is None and search.optima and search.finished:
         _search_finer(cell, search, box, seed, deadline)
+    if search.best is None:
+        search.nearest = search.optima[0][1] if search.optima else nearest_path(paths)
     if search.best is None and search.finished:
         far = () if paths else unreached_poses(cell, search.arm, box, seed)
         search.reasons = _stuck(cell, search) or explain_general(cell, search.arm, paths, far)

@@ -23,7 +23,8 @@ def print_layout(resource: dict[str, Any], file: IO[str]) -> None:
     console, result = console_on(file), resource["result"]
     console.print(f"[bold]{escape(_headline(resource))}[/]")
     if result["arms"]:
-        console.print(_placements(result["arms"]))
+        seen = result["outcome"] in ("infeasible", "unknown")
+        console.print(_placements(result["arms"], "Nearest placements that were seen" if seen else "Placements"))
         console.print(_margins(result["arms"]))
     if len(result["jobs"]) > 1:
         console.print(_jobs(result["jobs"]))
@@ -41,9 +42,9 @@ def _headline(resource: dict[str, Any]) -> str:
     return f"{name}{result['outcome']}{cut}{objective}"
 
 
-def _placements(arms: list[dict[str, Any]]) -> Table:
+def _placements(arms: list[dict[str, Any]], title: str) -> Table:
     headings = ("arm", "x [mm]", "y [mm]", "z [mm]", "yaw [°]", "posture", "objective", "conditioning")
-    rows = table("Placements", headings)
+    rows = table(title, headings)
     for arm in arms:
         x, y, z = (f"{1000.0 * value:.2f}" for value in arm["base"]["position"])
         posture = " ".join((arm["posture"] or {}).values()) or NONE

@@ -29,7 +29,7 @@ AMONG = 0.3
 
 
 def search_time(cell: Cell, found: bool = True) -> float:
-    """About how long the search of a cell takes [s], from its size alone; ``found``: it was through after two rounds."""
+    """About how long the search of a cell takes [s], from its size alone; ``found``: it ended with a layout."""
     poses = len(cell.task)
     alone = len(cell.arms) * (ARM + ARM_POSE * poses)
     together = AMONG if found and len(cell.arms) == 1 else TOGETHER

@@ -7,7 +7,7 @@ from itertools import zip_longest
 import numpy as np
 
 from optimizer.reduced import ReducedProblem
-from optimizer.screening import Candidate, Screen, improve, mixed, on_whole_task, scored
+from optimizer.screening import STRICTER, Candidate, Screen, improve, mixed, on_whole_task, scored
 from optimizer.single_arm.refinement import CAREFUL_STEPS
 
 WORTH = 1.2
@@ -16,8 +16,6 @@ MOVED, MOVE, MOVE_STEPS = 6, 0.25, 3
 """Candidates that are improved on the whole task, within this share of a spacing, in so many steps."""
 USABLE_TOO = 2
 """Usable candidates among them where the best ones are not usable."""
-STRICTER = 100.0
-"""How much dearer violations are where a conditioning is asked for and no candidate keeps it so far."""
 MOVED_OF_A_POSTURE = 4
 """Of them no more are of one posture while there are others."""
 
@@ -35,7 +33,7 @@ def worth_solving(found: Screen, problem: ReducedProblem) -> list[Candidate]:
     chosen = mixed(candidates, MOVED, MOVED_OF_A_POSTURE if careful else MOVED)
     if all(candidate.violation > 0.0 for candidate in chosen):  # which may never become usable
         chosen += [candidate for candidate in candidates if candidate.violation == 0.0][:USABLE_TOO]
-    rest = [candidate for candidate in candidates if careful and candidate not in chosen]
+    rest = [c for c in candidates if careful and (c.violation == 0.0 or c not in chosen)]  # which may lose that
     whole = improve(problem, chosen, found.frame, radius, steps)
     if rest or not np.any(radius > 0.0):  # else they are scored already
         whole = on_whole_task(problem, whole + rest)

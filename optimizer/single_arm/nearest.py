@@ -1,0 +1,35 @@
+"""The placement of one arm that comes nearest to being usable, for an answer without a usable one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from optimizer.layers import LayeredPath
+from optimizer.program import ArmPoint
+from optimizer.reduced import ReducedProblem
+from optimizer.screening import Candidate, on_whole_task
+from optimizer.single_arm.refinement import path_from
+
+
+def nearest_candidate(problem: ReducedProblem, candidates: Sequence[Candidate]) -> ArmPoint | None:
+    """The path that breaks least of the whole task, the cheaper one of two; None where no candidate has one.
+
+    Args:
+        problem: the arm on the whole task. candidates: as they were scored on some of the poses.
+    """
+    seen = [one for one in candidates if np.isfinite(one.violation)]
+    if not seen:
+        return None
+    best = min(on_whole_task(problem, seen), key=lambda one: (one.violation, one.objective))
+    return path_from(problem, best.position, best.signs) if np.isfinite(best.violation) else None
+
+
+def nearest_path(paths: Sequence[LayeredPath]) -> ArmPoint | None:
+    """The whole path that breaks least; None where every path lacks a pose."""
+    whole = [path for path in paths if len(path.joints)]
+    if not whole:
+        return None
+    best = min(whole, key=lambda path: (path.violation, path.objective))
+    return ArmPoint(best.position, best.yaw, best.joints, best.signs)

@@ -26,13 +26,14 @@ from models.screws import conditioning_of
 from models.shapes import Body, Box
 from optimizer.coupled.scene import Scene
 from optimizer.findings import Explanation
-from optimizer.infeasibility.changes import Remedy, candidates
+from optimizer.infeasibility.changes.candidates import candidates
+from optimizer.infeasibility.changes.remedy import Remedy
 from optimizer.infeasibility.explain import explain
+from optimizer.infeasibility.requirements import Kind, Requirement, Selection
+from optimizer.infeasibility.searched.trial import clean
 from optimizer.optimize import optimize
 from optimizer.program import ArmPoint
 from optimizer.settings import Settings
-from optimizer.why_not.elements import Element, Kind, Selection
-from optimizer.why_not.trial import clean
 
 KINDS = ("clearance", "floor", "region", "conditioning", "step", "coupling", "obstacle")
 NEAR = 1.2
@@ -46,13 +47,13 @@ class Planted:
 
     Attributes:
         kind: of `KINDS`. cell: the cell. known: layout that breaks nothing but the planted constraint.
-        element: the planted one. words: it is named if one of what blocks begins like this. pointer: of its change.
+        requirement: the planted one. words: it is named if one of what blocks begins like this. pointer: of its change.
     """
 
     kind: str
     cell: Cell
     known: tuple[ArmPoint, ...]
-    element: Element
+    requirement: Requirement
     words: str
     pointer: str
 
@@ -75,41 +76,41 @@ def _plant(kind: str, cell: Cell, known: tuple[ArmPoint, ...]) -> Planted:
         case "clearance":
             asked = replace(around.clearances, arm_obstacle=(around.clearances.arm_obstacle or 0.0) + 0.25)
             cell = replace(cell, surroundings=replace(around, clearances=asked))
-            return Planted(kind, cell, known, Element(Kind.OBSTACLE), "obstacle", "/clearance/arm_obstacle")
+            return Planted(kind, cell, known, Requirement(Kind.OBSTACLE), "obstacle", "/clearance/arm_obstacle")
         case "floor":
             (x0, x1), (y0, y1) = arm.base.bounds[:2] + np.array([[-0.3, 0.3]])
             square = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
             cell = replace(cell, surroundings=replace(around, floor=Floor(None, (square,), 0.0)))
-            return Planted(kind, cell, known, Element(Kind.FLOOR), "floor", "/floor")
+            return Planted(kind, cell, known, Requirement(Kind.FLOOR), "floor", "/floor")
         case "region":
             away = np.sign(point.position[0] - middle[0]) or 1.0
             x = sorted(float(point.position[0] + away * shift) for shift in (0.8, 0.9))
             cell = _with_arm(cell, replace(arm, base=replace(arm.base, x=Interval(*x))))
-            return Planted(kind, cell, known, Element(Kind.REGION), "base region", "/arms/0/base")
+            return Planted(kind, cell, known, Requirement(Kind.REGION), "base region", "/arms/0/base")
         case "conditioning":
             length = characteristic_length(arm.robot)
             kept = float(np.min(conditioning_of(chain_of(arm.robot), arm.tool, point.joints, length)))
             cell = _with_arm(cell, replace(arm, min_conditioning=3.0 * kept + 0.1))
             return Planted(
-                kind, cell, known, Element(Kind.CONDITIONING), "min_conditioning", "/arms/0/min_conditioning"
+                kind, cell, known, Requirement(Kind.CONDITIONING), "min_conditioning", "/arms/0/min_conditioning"
             )
         case "step":
             steps = [np.max(np.abs(np.diff(p.joints, axis=0))) for p in known]
             cell = replace(cell, max_joint_step=0.2 * float(max(steps)))
-            return Planted(kind, cell, known, Element(Kind.STEP), "max_joint_step", "/max_joint_step")
+            return Planted(kind, cell, known, Requirement(Kind.STEP), "max_joint_step", "/max_joint_step")
         case "coupling":
             apart = float(np.linalg.norm(known[0].position[:2] - known[1].position[:2]))
             distance = Distance((0, 1), 0.0, 0.1 * apart)
             cell = replace(cell, couplings=(*cell.couplings, distance))
             k = len(cell.couplings) - 1
-            return Planted(kind, cell, known, Element(Kind.COUPLING, k), "coupling distance", f"/coupling/{k}")
+            return Planted(kind, cell, known, Requirement(Kind.COUPLING, k), "coupling distance", f"/coupling/{k}")
         case _:
             hand = cell.flange_targets(arm)[len(cell.task) // 2][:3, 3]
             box = Body("planted", transform(np.eye(3), hand), Box(np.array([0.1, 0.1, 0.1])))
             k = len(around.obstacles)
             cell = replace(cell, surroundings=replace(around, obstacles=(*around.obstacles, box)))
             pointer = f"/obstacles/{k}/pose/position"
-            return Planted(kind, cell, known, Element(Kind.OBSTACLE, k), "obstacle planted", pointer)
+            return Planted(kind, cell, known, Requirement(Kind.OBSTACLE, k), "obstacle planted", pointer)
 
 
 def _with_arm(cell: Cell, arm: Arm) -> Cell:
@@ -133,14 +134,20 @@ def needed(made: Planted, remedy: Remedy) -> float | None:
 
 def remedy_of(made: Planted) -> Remedy | None:
     """The change of the planted constraint."""
-    arms = frozenset(Element(Kind.ARM, a) for a in range(len(made.cell.arms)))
-    some = candidates(made.cell, Selection(arms | {made.element}, 0, len(made.cell.task) - 1))
-    return next((remedy for remedy in some if remedy.pointer == made.pointer), None)
+    arms = frozenset(Requirement(Kind.ARM, a) for a in range(len(made.cell.arms)))
+    some = candidates(made.cell, Selection(arms | {made.requirement}, 0, len(made.cell.task) - 1))
+    found = next((remedy for remedy in some if remedy.pointer == made.pointer), None)
+    return found if found is None or found.fitted is None else found.fitted(made.known)
 
 
 def amount_of(what: str, remedy: Remedy) -> float:
     """The amount that a sentence tells."""
-    value, unit = next(iter(re.findall(r"(\d+(?:\.\d+)?) ?(mm|rad)?", re.sub(r"^let \S+|^move .* by", "", what))))
+    numbers = re.findall(
+        r"(\d+(?:\.\d+)?) ?(mm|rad)?", re.sub(r"^let \S+|^move .* by|^(drop|remove|leave|allow s).*", "", what)
+    )
+    if not numbers:
+        return remedy.most
+    value, unit = numbers[0]
     number = float(value) * (1e-3 if unit == "mm" else 1.0)
     if remedy.pointer.endswith("min_conditioning") or remedy.pointer.startswith("/clearance"):
         return remedy.required - number

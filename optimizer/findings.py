@@ -101,8 +101,10 @@ class Explanation:
         irreducible: True if it is proved that they leave none, and a layout of what they concern is known without any
             one of them; False: they block all layouts that were met.
         relaxations: changes that help, each with the smallest number that was found, cheapest first.
+        behind: what still leaves no layout once the first conflict is undone, where undoing it is not enough; else ().
     """
 
     blocking: tuple[str, ...]
     irreducible: bool
     relaxations: tuple[Relaxation, ...]
+    behind: tuple[str, ...] = ()

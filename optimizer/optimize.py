@@ -11,8 +11,8 @@ from optimizer.certificate.budget import automatic
 from optimizer.coupled.layout import coupled_layout
 from optimizer.coupled.search import CoupledSearch, search_coupled
 from optimizer.events import Verified
-from optimizer.infeasibility.cause import Infeasibility
-from optimizer.infeasibility.immediate import immediate_infeasibility, refused
+from optimizer.infeasibility.immediate.cause import Infeasibility
+from optimizer.infeasibility.immediate.immediate import immediate_infeasibility, refused
 from optimizer.layout import Certificate, Layout, Outcome, Placement, Reason, Search
 from optimizer.measure import jobs_of, placed
 from optimizer.penalty import run_baseline

@@ -63,8 +63,10 @@ def _explanation(explanation: dict[str, Any] | None) -> list[str]:
     """What blocks the cell, and what would help."""
     if explanation is None:
         return []
-    needed = "each of them is needed for that" if explanation["irreducible"] else "not all may be needed: time ran out"
+    needed = "each of them is needed for that" if explanation["irreducible"] else "not all may be needed"
     lines = [f"these by themselves leave no layout ({needed}):", *(f"  {one}" for one in explanation["blocking"])]
+    if explanation.get("behind"):
+        lines += ["and without them these would not either:", *(f"  {one}" for one in explanation["behind"])]
     if explanation["relaxations"]:
         lines.append("what would help:")
     lines += [

@@ -56,4 +56,5 @@ def explanation_document(explanation: Explanation | None) -> dict[str, Any] | No
             {"what": change.what, "pointer": change.pointer, "objective": finite(change.objective)}
             for change in explanation.relaxations
         ],
+        "behind": list(explanation.behind),
     }

@@ -84,6 +84,23 @@ class Nodes:
         self._append(halves, np.tile(self.geometric[ids], 2), np.tile(self.bound[ids], 2))
         self.children[ids] = np.column_stack([np.arange(start, start + count), np.arange(start + count, self._size)])
 
+    def translated(self, codes: Ints) -> Nodes:
+        """A copy for tests that know of less: ``codes[c]`` takes the place of code c.
+
+        Boxes whose code becomes 0 are to be bounded and tested anew; bounds of the cost are forgotten.
+        """
+        new, size = Nodes(self.boxes(self.roots)), self._size
+        for name in _ARRAYS:
+            setattr(new, name, getattr(self, name)[:size].copy())
+        new._size = size
+        inner = self.children[:, 0] >= 0
+        new._code[:] = np.where(inner, 0, codes[self.code])
+        reopened = ~inner & (self.code != 0) & (new._code == 0)
+        new._bounded[reopened], new._tested[reopened] = False, False
+        new._geometric[:], new._bound[:] = 0.0, np.where(new._code > 0, np.inf, 0.0)
+        new.settle()
+        return new
+
     def settle(self) -> None:
         """Let every box know what its halves do: the smaller of their bounds, and whether both are excluded."""
         for node in range(self._size - 1, -1, -1):

@@ -7,7 +7,6 @@ exactly as that.
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +22,7 @@ from models.surroundings import PairClass
 from optimizer.certificate.arm_tree import USABLE, AloneLayout, ArmTree
 from optimizer.certificate.exclusion.causes import CONDITIONING
 from optimizer.coupled.scene import Scene
+from optimizer.infeasibility.effort import Effort
 from optimizer.program import ArmPoint
 from optimizer.reduced import ReducedProblem, evaluate_signed, reduced_problem
 from optimizer.watch import check_stop
@@ -49,29 +49,29 @@ class Largest:
     point: ArmPoint | None
 
 
-def largest_clearance(cell: Cell, index: int, kind: PairClass, precise: float, deadline: float) -> Largest | None:
+def largest_clearance(cell: Cell, index: int, kind: PairClass, precise: float, effort: Effort) -> Largest | None:
     """The largest clearance [m] of a class that an arm can keep, the rest of its cell being kept; None without a tree.
 
     Args:
         cell: that asks for nothing but contact to be avoided in the class. index: of the arm.
-        kind: arm_obstacle, arm_part or self. precise: m. deadline: `time.perf_counter` value, soft.
+        kind: arm_obstacle, arm_part or self. precise: m. effort: that may be spent.
     """
     problem = reduced_problem(cell, cell.arms[index])
     if problem is None or kind not in KINDS:
         return None
     tree = _Rising(Scene.of(cell), index, problem, _Clearance(kind), precise)
     soft = [c for c, cause in enumerate(tree.excluder.causes.all) if cause.kind == KINDS[kind]]
-    return tree.run(soft, deadline)
+    return tree.run(soft, effort)
 
 
-def largest_conditioning(cell: Cell, index: int, precise: float, deadline: float) -> Largest | None:
+def largest_conditioning(cell: Cell, index: int, precise: float, effort: Effort) -> Largest | None:
     """The same for the conditioning of a cell that asks for nearly none of the arm."""
     arm = cell.arms[index]
     problem = reduced_problem(cell, arm)
     if problem is None:
         return None
     tree = _Rising(Scene.of(cell), index, problem, _Conditioning(arm), precise)
-    return tree.run([CONDITIONING], deadline)
+    return tree.run([CONDITIONING], effort)
 
 
 class _Clearance:
@@ -118,12 +118,14 @@ class _Rising(ArmTree):
         self.point: ArmPoint | None = None
         self.soft: list[int] = []
 
-    def run(self, soft: list[int], deadline: float) -> Largest:
+    def run(self, soft: list[int], effort: Effort) -> Largest:
         """Work the tree off; ``soft`` are the numbers of the causes in question."""
         self.soft = soft
-        while not self.empty and self.boxes < BOXES and time.perf_counter() < deadline:
+        while not self.empty and self.boxes < BOXES and not effort.over:
             check_stop()
-            if not self.work_off(np.inf, by_size=True):
+            before, more = self.work, self.work_off(np.inf, by_size=True)
+            effort.boxes(self.check.scene.cell, self.work - before)
+            if not more:
                 break
         bound = self.best + self.precise if self.empty else np.inf  # -inf where nothing was found at all
         return Largest(self.best if np.isfinite(self.best) else None, bound, self.point)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -12,140 +11,128 @@ from models.cell import Cell
 from models.surroundings import PairClass
 from optimizer.coupled.scene import Scene
 from optimizer.findings import Relaxation
-from optimizer.infeasibility.arm_conflict import arm_conflict, proved_arm
-from optimizer.infeasibility.changes import Remedy, candidates
-from optimizer.infeasibility.immediate import immediate_infeasibility
+from optimizer.infeasibility.changes.candidates import candidates
+from optimizer.infeasibility.changes.poses import more_poses
+from optimizer.infeasibility.changes.remedy import Remedy
+from optimizer.infeasibility.effort import Effort
+from optimizer.infeasibility.immediate.immediate import immediate_infeasibility
+from optimizer.infeasibility.proved_conflict import Conflict
+from optimizer.infeasibility.requirements import Kind
 from optimizer.infeasibility.resolve import resolved
+from optimizer.infeasibility.searched.trial import Found, clean
 from optimizer.program import ArmPoint
-from optimizer.why_not.elements import Kind, Selection
-from optimizer.why_not.trial import Found, clean
 
 CLOSE = 0.1
 """Relative width of the interval that holds the smallest number, where the search for it ends."""
 GROWTH = 2.5
 """Factor between the numbers that are tried first, from below."""
 FIRST, SHARE = 0.7, 0.3
-"""Of the time left that a trial may take: the one that tells whether anything helps, and those for less of it."""
+"""Shares of what is left for a remedy: for the trial that tells whether anything helps, and those for less of it."""
 EACH = 0.5
-"""Of the time left that one remedy may take."""
+"""Share of what is left that one remedy may take."""
 HALVINGS = 6
 """Of the amount, before another layout is looked for."""
-PROOF = 0.15
-"""Of the time left that a proof before a trial may take."""
 MOST_TOLD = 3
-MORE = 3.0
-"""s that may go on after a change that helps, for others."""
-MOVED = ("/obstacles/", "/arms/")
-"""What pointers of changes by metres begin with, besides the floor."""
+MORE = 2.5
+"""s worth that may be spent after a change that helps, for others."""
+MOVED = "/obstacles/"
+"""What pointers of obstacles begin with."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Helpful:
+class Helpful:
+    """A change and an amount of it for which a layout is known."""
+
+    remedy: Remedy
     amount: float
     found: Found
 
+    @property
+    def words(self) -> str:
+        """The change in words."""
+        return self.remedy.words(self.amount)
+
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Bracket:
+class Bracket:
     """Amounts: ``low`` does not help, ``first`` may."""
 
     low: float
     first: float
 
 
-def combined_remedy(cell: Cell, conflict: Selection, end: float, seed: int) -> Relaxation | None:
-    """Two changes by the same number that help together where neither does alone; None where none is found.
-
-    The second is one of what still blocks an arm when the first has gone as far as it may.
-
-    Args:
-        cell: the cell. conflict: what blocks it. end: `time.perf_counter` value, soft. seed: of the searches.
-    """
-    for first in _lengths(cell, conflict):
-        now = time.perf_counter()
-        opened = first.change(first.most)
-        next_one = arm_conflict(opened, now + PROOF * max(end - now, 0.0))
-        if next_one is None:
-            continue
-        for second in _lengths(opened, next_one.selection):
-            if second.pointer == first.pointer or time.perf_counter() > end:
-                continue
-            both = _together(first, second, next_one.selection)
-            now = time.perf_counter()
-            bracket = _bracket(both, (), now + EACH * (end - now))
-            helpful = None if bracket is None else _smallest(both, bracket, (), now + EACH * (end - now), seed)
-            if helpful is not None:
-                return Relaxation(both.words(helpful.amount), both.pointer, helpful.found.objective)
-    return None
-
-
-def _lengths(cell: Cell, conflict: Selection) -> list[Remedy]:
-    """Changes by metres: of obstacles first, then of floors and regions."""
-    some = [r for r in candidates(cell, conflict) if r.pointer == "/floor" or r.pointer.startswith(MOVED)]
-    return sorted(some, key=lambda remedy: not remedy.pointer.startswith(MOVED[0]))
-
-
-def _together(first: Remedy, second: Remedy, conflict: Selection) -> Remedy:
-    def change(amount: float) -> Cell:
-        opened = first.change(amount)
-        return next(r for r in candidates(opened, conflict) if r.pointer == second.pointer).change(amount)
-
-    def words(amount: float) -> str:
-        return f"{first.words(amount)}, and {second.words(amount)}"
-
-    least, most = min(first.least, second.least), min(first.most, second.most)
-    return Remedy(change, words, first.pointer, least, most, max(first.exact, second.exact))
-
-
 def remedies(
-    cell: Cell, conflict: Selection, end: float, seed: int, possible: Mapping[str, float] | None = None
+    cell: Cell, conflict: Conflict, effort: Effort, seed: int, possible: Mapping[str, float] | None = None
 ) -> tuple[Relaxation, ...]:
     """The smallest changes that help, at most `MOST_TOLD`, the cheapest first; each has a layout.
 
     Args:
-        cell: the cell. conflict: what blocks it.
-        end: `time.perf_counter` value, soft; what has not been solved by then is not told.
-        seed: of the searches.
+        cell: the cell. conflict: what blocks it. seed: of the searches.
+        effort: that may be spent; what has not been solved with it is not told.
         possible: by JSON pointer, the largest value that was found possible, if no more than `PRECISE` below the bound.
     """
     told: list[Relaxation] = []
     touching = False  # it is proved that even that would not be enough
-    hints: list[tuple[ArmPoint, ...]] = []
-    arms = [element.index for element in conflict.elements if element.kind is Kind.ARM]
-    some = list(candidates(cell, conflict))
+    hints = [points for points in conflict.without.values() if len(points) == len(cell.arms)]
+    some = _in_turn(cell, conflict)
     for number, remedy in enumerate(some):
-        now = time.perf_counter()
-        if len(told) == MOST_TOLD or now > end:
+        if len(told) >= MOST_TOLD or effort.over:
             break
-        deadline = now + max(EACH, 1.0 / (len(some) - number)) * (end - now)
-        if possible and remedy.pointer in possible:
-            less = remedy.required - possible[remedy.pointer]
-            bracket: _Bracket | None = _Bracket(
-                less - 2.0 * remedy.exact, min(_rounded(less, remedy.exact), remedy.most)
-            )
-        else:
-            bracket = _bracket(remedy, arms, deadline)
-        helpful = None if bracket is None else _smallest(remedy, bracket, hints, deadline, seed)
-        if helpful is not None:
+        own = effort.share(max(EACH, 1.0 / (len(some) - number)))
+        helpful = _helpful(cell, conflict, remedy, hints, own, seed, possible or {})
+        if isinstance(helpful, Helpful):
             hints.insert(0, helpful.found.points)
-            end = min(end, time.perf_counter() + MORE)
-            words = remedy.words(helpful.amount)
-            if touching and remedy.pointer.startswith(MOVED[0]):
-                words += "; no smaller clearance is enough"
-            told.append(Relaxation(words, remedy.pointer, helpful.found.objective))
-        touching |= bracket is None and remedy.pointer == f"/clearance/{PairClass.ARM_OBSTACLE}"
-    return tuple(told)
+            effort = effort if told else effort.share(min(1.0, MORE / max(effort.left, MORE)))
+            told += _told(cell, helpful, touching)
+        touching |= helpful is True and remedy.pointer == f"/clearance/{PairClass.ARM_OBSTACLE}"
+    return tuple(told[:MOST_TOLD])
 
 
-def _bracket(remedy: Remedy, arms: Sequence[int], deadline: float) -> _Bracket | None:
+def _told(cell: Cell, helpful: Helpful, touching: bool) -> list[Relaxation]:
+    """In words; where longer joint steps help, more poses may as well."""
+    pointer = helpful.remedy.pointer
+    only = "; no smaller clearance is enough" if touching and pointer.startswith(MOVED) else ""
+    found = [Relaxation(helpful.words + only, pointer, helpful.found.objective)]
+    if helpful.remedy.undoes is not None and helpful.remedy.undoes.kind is Kind.STEP:
+        more = more_poses(cell, helpful.found.points)
+        found += [] if more is None else [more]
+    return found
+
+
+def _in_turn(cell: Cell, conflict: Conflict) -> list[Remedy]:
+    """Changes of what is known to be needed first; of one arm clearances before them, which its tree tells."""
+    some = list(candidates(cell, conflict.selection))
+    if conflict.together and conflict.without and conflict.finish is not None:
+        return [one for one in some if one.undoes in conflict.without]
+    return sorted(some, key=lambda one: one.undoes is not None and one.undoes not in conflict.without)
+
+
+def _helpful(
+    cell: Cell,
+    conflict: Conflict,
+    remedy: Remedy,
+    hints: Sequence[tuple[ArmPoint, ...]],
+    effort: Effort,
+    seed: int,
+    possible: Mapping[str, float],
+) -> Helpful | bool:
+    """The smallest amount that helps; True if it is proved that none does; False where none is found."""
+    arms = [one.index for one in conflict.selection.requirements if one.kind is Kind.ARM]
+    if remedy.pointer in possible:
+        less = remedy.required - possible[remedy.pointer]
+        bracket: Bracket | None = Bracket(less - 2.0 * remedy.exact, min(_rounded(less, remedy.exact), remedy.most))
+    else:
+        bracket = bracket_of(remedy, arms, effort)
+    return True if bracket is None else smallest(remedy, bracket, hints, effort, seed)
+
+
+def bracket_of(remedy: Remedy, arms: Sequence[int], effort: Effort) -> Bracket | None:
     """Where to look for the smallest amount; None if it is proved that none helps."""
     if remedy.kept is None:
-        hopeless = remedy.least < remedy.most and _hopeless(remedy.change(remedy.most), deadline)
-        return None if hopeless else _Bracket(0.0, remedy.most)
+        return Bracket(0.0, remedy.most)
     low, first = 0.0, 0.0
     for arm in arms:
-        now = time.perf_counter()
-        largest = remedy.kept(arm, now + SHARE * max(deadline - now, 0.0))
+        largest = remedy.kept(arm, effort.share(SHARE))
         if largest is None:
             continue
         if largest.bound == -np.inf:
@@ -153,40 +140,45 @@ def _bracket(remedy: Remedy, arms: Sequence[int], deadline: float) -> _Bracket |
         low = max(low, remedy.required - largest.bound)
         if largest.found is not None:
             first = max(first, remedy.required - largest.found)
-    return _Bracket(low, min(_rounded(first, remedy.exact), remedy.most) if first > 0.0 else remedy.most)
+    return Bracket(low, min(_rounded(first, remedy.exact), remedy.most) if first > 0.0 else remedy.most)
 
 
-def _smallest(
-    remedy: Remedy, bracket: _Bracket, hints: Sequence[tuple[ArmPoint, ...]], deadline: float, seed: int
-) -> _Helpful | None:
-    """The smallest amount for which a layout is found; None where none is in time.
+def smallest(
+    remedy: Remedy, bracket: Bracket, hints: Sequence[tuple[ArmPoint, ...]], effort: Effort, seed: int
+) -> Helpful | bool:
+    """The smallest amount for which a layout is found; True if it is proved that none is; False where none is found.
 
     From above: a layout for a large amount does for smaller ones as well, which is quickly seen.
     """
     low, amount = bracket.low, bracket.first
-    found = _solved(remedy.change(amount), hints, deadline, seed, FIRST)
-    while found is None:
-        if amount >= remedy.most or time.perf_counter() > deadline:
-            return None
+    known = resolved(remedy.change(amount), hints, effort.share(FIRST), seed)
+    while known.found is None:
+        if amount >= remedy.most or effort.over:
+            return known.proved and amount >= remedy.most
         low, amount = amount, min(GROWTH * amount, remedy.most)
-        found = _solved(remedy.change(amount), hints, deadline, seed, FIRST)
-    helpful = _shrunk(remedy, low, _Helpful(amount, found))
-    while helpful.amount - low > max(CLOSE * helpful.amount, remedy.exact) and time.perf_counter() < deadline:
+        known = resolved(remedy.change(amount), hints, effort.share(FIRST), seed)
+    if remedy.fitted is not None:
+        remedy = remedy.fitted(known.found.points)
+        low, amount = 0.0, remedy.most
+        if not _does(remedy.change(amount), known.found.points):
+            return False
+    helpful = _shrunk(low, Helpful(remedy, amount, known.found))
+    while helpful.amount - low > max(CLOSE * helpful.amount, remedy.exact) and not effort.over:
         middle = _rounded(0.5 * (low + helpful.amount), remedy.exact)
         if not low < middle < helpful.amount:
             break
-        found = _solved(remedy.change(middle), [helpful.found.points, *hints], deadline, seed)
+        found = resolved(remedy.change(middle), [helpful.found.points, *hints], effort.share(SHARE), seed).found
         if found is None:
             low = middle
         else:
-            helpful = _shrunk(remedy, low, _Helpful(middle, found))
+            helpful = _shrunk(low, Helpful(remedy, middle, found))
     return helpful
 
 
-def _shrunk(remedy: Remedy, low: float, helpful: _Helpful) -> _Helpful:
+def _shrunk(low: float, helpful: Helpful) -> Helpful:
     """The smallest amount, nearly, for which a layout that is known does as it is."""
-    points, amount = helpful.found.points, helpful.amount
-    for _ in range(HALVINGS):
+    remedy, points, amount = helpful.remedy, helpful.found.points, helpful.amount
+    for _ in range(HALVINGS + (4 if amount >= remedy.most else 0)):
         middle = _rounded(0.5 * (low + amount), remedy.exact)
         if not low < middle < amount:
             break
@@ -194,26 +186,12 @@ def _shrunk(remedy: Remedy, low: float, helpful: _Helpful) -> _Helpful:
             amount = middle
         else:
             low = middle
-    return _Helpful(amount, helpful.found)
+    return Helpful(remedy, amount, helpful.found)
 
 
 def _does(cell: Cell, points: tuple[ArmPoint, ...]) -> bool:
     return not immediate_infeasibility(cell) and clean(Scene.of(cell), points)
 
 
-def _hopeless(cell: Cell, deadline: float) -> bool:
-    """True if a cell is proved to have no layout."""
-    now = time.perf_counter()
-    return bool(immediate_infeasibility(cell)) or proved_arm(cell, now + PROOF * max(deadline - now, 0.0)) is not None
-
-
 def _rounded(amount: float, exact: float) -> float:
     return float(np.ceil(amount / exact - 1e-9) * exact)
-
-
-def _solved(
-    cell: Cell, hints: Sequence[tuple[ArmPoint, ...]], deadline: float, seed: int, share: float = SHARE
-) -> Found | None:
-    """A layout of a cell that passes every check, looked for in a share of the time that is left."""
-    now = time.perf_counter()
-    return resolved(cell, hints[:MOST_TOLD], now + share * max(deadline - now, 0.0), seed).found

@@ -7,91 +7,56 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from models.cell import Cell
-from optimizer.coupled.candidates.followed import Followed
-from optimizer.coupled.candidates.layouts import sample_layouts
-from optimizer.coupled.candidates.starts import starts_of
 from optimizer.coupled.scene import Scene
-from optimizer.coupled.sqp.refine import refine
-from optimizer.infeasibility.arm_conflict import arm_tree
-from optimizer.infeasibility.immediate import immediate_infeasibility
+from optimizer.infeasibility.effort import Effort
+from optimizer.infeasibility.immediate.immediate import immediate_infeasibility
+from optimizer.infeasibility.requirements import selection_of
+from optimizer.infeasibility.sampled import first_layout, sampled_layout
+from optimizer.infeasibility.searched.trial import Found, clean, find
+from optimizer.infeasibility.subset_proof import SubsetProof
 from optimizer.program import ArmPoint
-from optimizer.reduced import ReducedProblem, reduced_problem
-from optimizer.why_not.trial import Found, clean, find
+from optimizer.reduced import reduced_problem
 
-DENSITIES = (0.15, 0.6)
-"""Of the samples in which a first layout is looked for, see `optimizer.coupled.search.DENSITIES`."""
-STARTS = 5, 3
-"""Starts of each density that keep everything at the poses, and others."""
+HINTS = 3
+"""Known layouts that are tried at most."""
+ARM = 0.3
+"""Share of the effort that the proof of one arm may take."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Resolved:
-    """What is known of a changed cell.
-
-    Attributes:
-        found: a layout that passes every check, or None. proved: True if there is none.
-        nearest: layouts of the arms by themselves, which the other arms may stand in the way of; empty where unknown.
-    """
+    """What is known of a changed cell: a layout that passes every check, or None; True if it is proved to have none."""
 
     found: Found | None
     proved: bool = False
-    nearest: tuple[ArmPoint, ...] = ()
 
 
-def resolved(cell: Cell, hints: Sequence[tuple[ArmPoint, ...]], deadline: float, seed: int) -> Resolved:
+def resolved(cell: Cell, hints: Sequence[tuple[ArmPoint, ...]], effort: Effort, seed: int) -> Resolved:
     """Look for a layout of a cell; the first one will do.
 
     Args:
         cell: any cell with arms. hints: layouts that may do, or nearly so, the best first.
-        deadline: `time.perf_counter` value, soft. seed: of the samples.
+        effort: that may be spent. seed: of the samples.
     """
     if immediate_infeasibility(cell):
         return Resolved(None, proved=True)
-    scene = Scene.of(cell)
+    scene, hints = Scene.of(cell), hints[:HINTS]
     for hint in hints:
         if clean(scene, hint):
             return Resolved(Found(tuple(hint), scene.objective(hint)))
     problems = [reduced_problem(cell, arm) for arm in cell.arms]
     known = [problem for problem in problems if problem is not None]
     if len(known) < len(problems):
+        deadline = min(effort.deadline, time.perf_counter() + max(effort.left, 0.0))
         return Resolved(find(cell, deadline, hints, seed).found)
-    alone: list[ArmPoint] = []
+    alone = []
     for index in range(len(cell.arms)):
-        tree = arm_tree(cell, index, deadline)
-        if tree is not None and tree.empty:
+        proof = SubsetProof(cell, selection_of(cell, (index,)))
+        proof.run(effort.share(ARM))
+        if proof.infeasible:
             return Resolved(None, proved=True)
-        if tree is not None and tree.alone is not None:
-            alone.append(tree.alone.point)
+        own = proof.trees[0].alone
+        alone += [] if own is None else [own.point]
     starts = [tuple(alone), *hints] if len(alone) == len(problems) else list(hints)
-    found = next((one for start in starts if (one := _refined(scene, start, deadline)) is not None), None)
-    if found is None:
-        found = _sampled(scene, known, deadline, seed)
-    return Resolved(found, nearest=tuple(alone) if len(alone) == len(problems) else ())
-
-
-def _refined(scene: Scene, start: Sequence[ArmPoint], deadline: float) -> Found | None:
-    """The layout that a start leads to, if it passes every check."""
-    if clean(scene, start):
-        return Found(tuple(start), scene.objective(start))
-    if not scene.cell.coupled or time.perf_counter() > deadline:
-        return None
-    refined = refine(scene, start, deadline)
-    return Found(refined.points, refined.objective) if refined.clean else None
-
-
-def _sampled(scene: Scene, problems: Sequence[ReducedProblem], deadline: float, seed: int) -> Found | None:
-    """A layout among samples of all arms together, as they are or refined."""
-    followed = Followed.of(scene, problems)
-    for round_, density in enumerate(DENSITIES):
-        if time.perf_counter() > deadline:
-            return None
-        layouts, _ = sample_layouts(followed, density, seed + round_)
-        starts = starts_of(followed, layouts, *STARTS)
-        for start in starts:
-            if start.clean and clean(scene, start.points):
-                return Found(start.points, start.objective)
-        for start in starts:
-            found = _refined(scene, start.points, deadline)
-            if found is not None:
-                return found
-    return None
+    found = first_layout(scene, starts, effort)
+    return Resolved(sampled_layout(scene, known, effort, seed) if found is None else found)

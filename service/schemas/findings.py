@@ -89,7 +89,15 @@ class ExplanationResult(Answer):
         examples=[["the clearance of main from the table"]],
     )
     irreducible: bool = Field(
-        description="True if that was tried for each of them; false: time ran out, and these block all layouts met.",
+        description="True if that is proved, and a layout without it is known for each of them; false: not all may be "
+        "needed.",
         examples=[True],
     )
-    relaxations: list[Relaxation] = Field(description="Changes that help, the best layout first.")
+    relaxations: list[Relaxation] = Field(
+        description="Changes that help, each with the smallest number that was found, the cheapest first."
+    )
+    behind: list[str] = Field(
+        default=[],
+        description="What still leaves no layout once these are undone, where undoing them is not enough.",
+        examples=[[]],
+    )

@@ -15,9 +15,9 @@ from models.shapes import Body, Box, Sphere
 from models.surroundings import Clearances, Surroundings
 from models.task import Task
 from optimizer.findings import Explanation
+from optimizer.infeasibility.explain import explain
+from optimizer.infeasibility.searched.conflict import Conflict, ConflictSearch
 from optimizer.layout import Layout, Outcome, Search
-from optimizer.why_not.conflict import Conflict, ConflictSearch
-from optimizer.why_not.explain import explain
 from tests.support.arms import make_arm, region
 
 DOWN = rotation_x(np.pi)

@@ -27,6 +27,7 @@ class PairTree:
         arms: indices of the two. first, second: (Q,) numbers of boxes. bound: (Q,) no layout of a pair costs less.
         looked_at: pairs so far. untied, apart: of these, lost by couplings, and by contact of the arms.
         forgotten: smallest bound of pairs that are not cut any more.
+        by_boxes, by_ties: pairs of numbers that were lost because one box is excluded by itself, and by couplings.
     """
 
     def __init__(self, scene: Scene, trees: tuple[ArmTree, ArmTree], arms: tuple[int, int]) -> None:
@@ -34,11 +35,44 @@ class PairTree:
         self.couplings, self.trees, self.arms = scene.cell.couplings, trees, arms
         self.stores = PairStore.of(trees[0]), PairStore.of(trees[1])
         self.contact = Contact.of(*self.stores, scene.model, scene.required)
-        one, other = (tree.nodes.roots[tree.nodes.code[tree.nodes.roots] == 0] for tree in trees)
-        self.first, self.second = np.repeat(one, len(other)), np.tile(other, len(one))
-        self.bound = self._sums(self.first, self.second)
+        self.by_boxes: list[tuple[Ints, Ints]] = []
+        self.by_ties: list[tuple[Ints, Ints]] = []
         self.forgotten = np.inf
         self.looked_at = self.untied = self.apart = 0
+        one, other = trees[0].nodes.roots, trees[1].nodes.roots
+        self._start(np.repeat(one, len(other)), np.tile(other, len(one)))
+
+    def _start(self, first: Ints, second: Ints) -> None:
+        """Put pairs on the list, those that no box excludes by itself."""
+        alive = self._alive(first, second)
+        self.by_boxes.append((first[~alive], second[~alive]))
+        self.first, self.second = first[alive], second[alive]
+        self.bound = self._sums(self.first, self.second)
+
+    def _alive(self, first: Ints, second: Ints) -> Bools:
+        """(P,) True for pairs of which neither box is excluded by itself."""
+        nodes = self.trees[0].nodes, self.trees[1].nodes
+        found: Bools = (nodes[0].code[first] == 0) & (nodes[1].code[second] == 0)
+        return found
+
+    def reopened(self, scene: Scene, trees: tuple[ArmTree, ArmTree]) -> PairTree:
+        """The same pairs where less is asked for: what boxes or couplings excluded is to be looked at again.
+
+        Args:
+            scene: of a cell that asks for less of the same arms, but for the same contact of the two.
+            trees: of its arms, which have the boxes of these (`Nodes.translated`).
+        """
+        new = PairTree(scene, trees, self.arms)
+        for store, old in zip(new.stores, self.stores, strict=True):
+            store.take_over(old)
+        again = [(self.first, self.second), *self.by_boxes]
+        if scene.cell.couplings != self.couplings:
+            again += self.by_ties
+        else:
+            new.by_ties = list(self.by_ties)
+        new.by_boxes = []
+        new._start(np.concatenate([pair[0] for pair in again]), np.concatenate([pair[1] for pair in again]))
+        return new
 
     @property
     def lower(self) -> float:
@@ -96,9 +130,11 @@ class PairTree:
     def _kept(self, first: Ints, second: Ints, bound: Floats, cutoff: float) -> Bools:
         """(P,) False for pairs that hold nothing better; raises ``bound`` (P,) where it can."""
         nodes = self.trees[0].nodes, self.trees[1].nodes
-        kept: Bools = np.isfinite(bound) & (nodes[0].code[first] == 0) & (nodes[1].code[second] == 0)
+        kept: Bools = np.isfinite(bound) & self._alive(first, second)
+        self.by_boxes.append((first[~kept], second[~kept]))
         boxes = nodes[0].boxes(first), nodes[1].boxes(second)
         lost = kept & untied(self.couplings, self.arms, *boxes)
+        self.by_ties.append((first[lost], second[lost]))
         self.untied += int(np.sum(lost))
         kept &= ~lost
         self._price_mirrored(first, second, bound, kept)
@@ -139,7 +175,8 @@ class PairTree:
         others = np.concatenate([np.repeat(second[one], 2), halves[1]])
         inherited = np.concatenate([np.repeat(bound[one], 2), np.repeat(bound[~one], 2)])
         bounds = np.maximum(inherited, self._sums(ones, others))
-        alive = np.isfinite(bounds) & (nodes[0].code[ones] == 0) & (nodes[1].code[others] == 0)
+        alive = np.isfinite(bounds) & self._alive(ones, others)
+        self.by_boxes.append((ones[~alive], others[~alive]))
         self.first = np.concatenate([self.first, ones[alive]])
         self.second = np.concatenate([self.second, others[alive]])
         self.bound = np.concatenate([self.bound, bounds[alive]])

@@ -57,6 +57,12 @@ class PairStore:
             self.slots.update({int(i): start + k for k, i in enumerate(new)})
         return np.array([self.slots[int(i)] for i in ids], dtype=np.int64)
 
+    def take_over(self, other: PairStore) -> None:
+        """What another store knows of the same boxes of the same arm."""
+        mine, others = (store.tree.excluder.bodies.capsules for store in (self, other))
+        if np.array_equal(mine.link, others.link) and np.array_equal(mine.ends, others.ends):
+            self.slots, self.motion, self.ends, self.yaw = dict(other.slots), other.motion, other.ends, other.yaw
+
     def _placed(self, ids: Ints) -> tuple[Motion, Floats, BestYaw]:
         excluder = self.tree.excluder
         moved = excluder.moved(self.tree.nodes.boxes(ids))

@@ -13,10 +13,12 @@ from models.shapes import Body, Box
 from models.surroundings import Clearances, Part, Surroundings
 from models.task import Task
 from optimizer.coupled.scene import Scene
-from optimizer.infeasibility.arm_conflict import arm_conflict, proved_arm
+from optimizer.infeasibility.effort import Effort
 from optimizer.infeasibility.explain import explain
-from optimizer.infeasibility.immediate import refused
-from optimizer.why_not.elements import Kind
+from optimizer.infeasibility.immediate.immediate import refused
+from optimizer.infeasibility.proved_conflict import Conflict, proved_conflict
+from optimizer.infeasibility.requirements import Kind
+from optimizer.infeasibility.searched.trial import clean
 from tests.support.arms import make_arm, region
 
 LONG = 300.0
@@ -41,17 +43,19 @@ def test_a_self_distance_that_is_not_possible_is_answered_with_the_largest_that_
 
 def test_a_wall_that_stands_in_the_way_is_needed_for_the_proof_and_nothing_else_is():
     cell = real_cell(93).cell
-    found = arm_conflict(cell, time.perf_counter() + LONG)
-    assert found is not None
+    found = proved_conflict(cell, Effort(LONG, np.inf))
+    assert isinstance(found, Conflict)
+    found = found.finish(Effort(LONG, np.inf))
     assert found.irreducible
-    obstacles = [e.index for e in found.selection.elements if e.kind is Kind.OBSTACLE]
+    assert found.selection.first == found.selection.last  # no more poses than it takes
+    obstacles = [e.index for e in found.selection.requirements if e.kind is Kind.OBSTACLE]
     assert [cell.surroundings.obstacles[k].name for k in obstacles] == ["wall"]
 
 
-def test_a_cell_with_a_layout_has_no_arm_conflict():
-    made = real_cell(8)
-    assert proved_arm(made.cell, time.perf_counter() + 20.0) is None
-    assert Scene.of(made.cell).model is not None
+def test_a_cell_with_a_layout_has_no_conflict():
+    cell = real_cell(8).cell
+    found = proved_conflict(cell, Effort(8.0, np.inf))
+    assert found is None or clean(Scene.of(cell), found)
 
 
 def test_a_box_over_the_part_is_named_and_moved_no_farther_than_needed():

@@ -19,10 +19,10 @@ from models.separation import separation
 from models.shapes import Body, Box
 from models.surroundings import Clearances, Equipment, PairClass, Part, Surroundings
 from models.task import Task
-from optimizer.infeasibility.coupling_conflicts import coupling_conflicts
-from optimizer.infeasibility.distance_conflicts import distance_conflicts
-from optimizer.infeasibility.immediate import immediate_infeasibility, refused
-from optimizer.infeasibility.self_distances import largest_distance
+from optimizer.infeasibility.immediate.coupling_conflicts import coupling_conflicts
+from optimizer.infeasibility.immediate.distance_conflicts import distance_conflicts
+from optimizer.infeasibility.immediate.immediate import immediate_infeasibility, refused
+from optimizer.infeasibility.immediate.self_distances import largest_distance
 from optimizer.layout import Outcome
 from optimizer.optimize import optimize
 from tests.support.arms import make_arm, region

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +10,7 @@ from bench.cells import real_cell
 from models.posture import ALL_SIGNS
 from models.surroundings import PairClass
 from optimizer.certificate.alone import AloneCheck
+from optimizer.infeasibility.effort import Effort
 from optimizer.infeasibility.largest import largest_clearance
 from optimizer.program import ArmPoint
 from optimizer.reduced import evaluate_signed, reduced_problem
@@ -29,7 +29,7 @@ def test_what_is_found_is_kept_and_no_sample_keeps_more_than_the_bound():
     around = cell.surroundings
     cell = replace(cell, surroundings=replace(around, clearances=replace(around.clearances, arm_obstacle=0.0)))
     index = 0
-    largest = largest_clearance(cell, index, KIND, 1e-3, time.perf_counter() + 300.0)
+    largest = largest_clearance(cell, index, KIND, 1e-3, Effort(100.0, np.inf))
     arm = cell.arms[index]
     check, problem = AloneCheck.of(cell, arm), reduced_problem(cell, arm)
     assert check.usable(largest.point)

@@ -1,4 +1,4 @@
-"""What a layout breaks of all that a cell asks for, each time with the elements of which any one would have to go."""
+"""What a layout breaks of all that a cell asks for, each time with the requirements one of which has to go."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from models.wrist_singularity import wrist_shortfall
 from optimizer.coupled.obstructed import part_hits
 from optimizer.coupled.scene import LIMITS, Scene, tie_violation, world_yaw
 from optimizer.coupled.sqp.samples import Samples, sample_path
+from optimizer.infeasibility.requirements import Kind, Requirement, Selection
+from optimizer.infeasibility.searched.partial_path import PartialPath
 from optimizer.measure import path_signs
 from optimizer.program import ArmPoint
 from optimizer.verify import LIMITS as EXACT
-from optimizer.why_not.elements import Element, Kind, Selection
-from optimizer.why_not.extend import Way
 
 MOST_CONTACTS = 1500
 """Pairs and places that Coal is asked about."""
@@ -32,23 +32,24 @@ MOST_CONTACTS = 1500
 
 @dataclass(frozen=True, slots=True)
 class Violation:
-    """Something that a layout breaks: it would not if any of the elements or any of the poses were left out.
+    """Something that a layout breaks: it would not if any of the requirements or any of the poses were left out.
 
     Attributes:
-        elements: all of them are needed for it. first: pose. last: likewise; None for both where poses do not matter.
+        requirements: all of them are needed for it.
+        first: pose. last: likewise; None for both where poses do not matter.
     """
 
-    elements: frozenset[Element]
+    requirements: frozenset[Requirement]
     first: int | None = None
     last: int | None = None
 
     def within(self, selection: Selection) -> bool:
         """True if a selection asks for all that is broken here."""
         inside = self.first is None or self.last is None or selection.first <= self.first <= self.last <= selection.last
-        return inside and self.elements <= selection.elements
+        return inside and self.requirements <= selection.requirements
 
 
-def violations(cell: Cell, ways: Mapping[int, Way]) -> tuple[Violation, ...]:
+def violations(cell: Cell, ways: Mapping[int, PartialPath]) -> tuple[Violation, ...]:
     """All that a layout breaks.
 
     Args:
@@ -58,7 +59,7 @@ def violations(cell: Cell, ways: Mapping[int, Way]) -> tuple[Violation, ...]:
     Returns:
         Distances are looked at on samples of the path; the rest at the poses.
     """
-    missing = (Violation(frozenset({Element(Kind.ARM, a)})) for a in range(len(cell.arms)) if a not in ways)
+    missing = (Violation(frozenset({Requirement(Kind.ARM, a)})) for a in range(len(cell.arms)) if a not in ways)
     own = (violation for a, way in ways.items() for violation in _of_arm(cell, a, way))
     found = dict.fromkeys([*missing, *own, *_couplings(cell, ways), *_floor(cell, ways), *_along(cell, ways)])
     return tuple(found)
@@ -67,37 +68,38 @@ def violations(cell: Cell, ways: Mapping[int, Way]) -> tuple[Violation, ...]:
 def part_violations(cell: Cell) -> tuple[Violation, ...]:
     """What the part hits on its way, whatever the arms do."""
     return tuple(
-        Violation(frozenset({Element(Kind.PART), Element(Kind.OBSTACLE, obstacle)}), first, last)
+        Violation(frozenset({Requirement(Kind.PART), Requirement(Kind.OBSTACLE, obstacle)}), first, last)
         for obstacle, first, last in part_hits(cell)
     )
 
 
-def _of_arm(cell: Cell, a: int, way: Way) -> Iterator[Violation]:
+def _of_arm(cell: Cell, a: int, way: PartialPath) -> Iterator[Violation]:
     """What an arm breaks by itself."""
     arm, point = cell.arms[a], way.point
-    this = Element(Kind.ARM, a)
+    this = Requirement(Kind.ARM, a)
     for pose in way.lost:
         yield Violation(frozenset({this}), pose, pose)
     place, region = point.position, arm.base.bounds[:3]
     off = float(np.max(np.maximum(region[:, 0] - place, place - region[:, 1])))
     if max(off, arm.base.yaw_outside(point.yaw)) > EXACT:
-        yield Violation(frozenset({this, Element(Kind.REGION, a)}))
+        yield Violation(frozenset({this, Requirement(Kind.REGION, a)}))
     form = closed_form(arm.robot)
     if form is not None and not arm.posture.admits(path_signs(form, point.joints[way.first : way.last + 1])):
-        yield Violation(frozenset({this, Element(Kind.POSTURE, a)}))
+        yield Violation(frozenset({this, Requirement(Kind.POSTURE, a)}))
     q = point.joints[way.first : way.last + 1]
     for row, joint in np.argwhere(np.maximum(arm.lower - q, q - arm.upper) > EXACT):
         pose = way.first + int(row)
-        yield Violation(frozenset({this, Element(Kind.LIMITS, a, int(joint))}), pose, pose)
+        yield Violation(frozenset({this, Requirement(Kind.LIMITS, a, int(joint))}), pose, pose)
     joined = cell.task.joined[way.first : way.last]
     for row in np.flatnonzero(joined & np.any(np.abs(np.diff(q, axis=0)) > cell.max_joint_step + EXACT, axis=1)):
         pose = way.first + int(row)
-        yield Violation(frozenset({this, Element(Kind.STEP)}), pose, pose + 1)
+        yield Violation(frozenset({this, Requirement(Kind.STEP)}), pose, pose + 1)
     for row in np.flatnonzero(wrist_shortfall(arm, q.T[..., None])):
-        yield Violation(frozenset({this}), way.first + int(row), way.first + int(row))
+        rule = frozenset({this, Requirement(Kind.SINGULARITIES, a)})
+        yield Violation(rule, way.first + int(row), way.first + int(row))
     for row in np.flatnonzero(_ill_conditioned(arm, q)):
         pose = way.first + int(row)
-        yield Violation(frozenset({this, Element(Kind.CONDITIONING, a)}), pose, pose)
+        yield Violation(frozenset({this, Requirement(Kind.CONDITIONING, a)}), pose, pose)
 
 
 def _ill_conditioned(arm: Arm, joints: np.ndarray) -> np.ndarray:
@@ -108,17 +110,17 @@ def _ill_conditioned(arm: Arm, joints: np.ndarray) -> np.ndarray:
     return np.asarray(values < arm.min_conditioning - EXACT)
 
 
-def _couplings(cell: Cell, ways: Mapping[int, Way]) -> Iterator[Violation]:
+def _couplings(cell: Cell, ways: Mapping[int, PartialPath]) -> Iterator[Violation]:
     bases = {a: (*way.point.position, way.point.yaw) for a, way in ways.items()}
     for k, coupling in enumerate(cell.couplings):
         if all(arm in bases for arm in coupling.arms):
             rows = coupling.rows([bases.get(a, (0.0,) * 4) for a in range(len(cell.arms))])
             if tie_violation(rows) > LIMITS:
-                arms = (Element(Kind.ARM, arm) for arm in coupling.arms)
-                yield Violation(frozenset({Element(Kind.COUPLING, k), *arms}))
+                arms = (Requirement(Kind.ARM, arm) for arm in coupling.arms)
+                yield Violation(frozenset({Requirement(Kind.COUPLING, k), *arms}))
 
 
-def _floor(cell: Cell, ways: Mapping[int, Way]) -> Iterator[Violation]:
+def _floor(cell: Cell, ways: Mapping[int, PartialPath]) -> Iterator[Violation]:
     floor = cell.surroundings.floor
     if floor is None:
         return
@@ -127,13 +129,13 @@ def _floor(cell: Cell, ways: Mapping[int, Way]) -> Iterator[Violation]:
         footprint = cell.surroundings.footprint(arm.name)
         gap = floor.signed_distance(point.position[None, :2], footprint, world_yaw(arm, point.yaw))
         if float(gap[0]) < -LIMITS:
-            yield Violation(frozenset({Element(Kind.ARM, a), Element(Kind.FLOOR)}))
+            yield Violation(frozenset({Requirement(Kind.ARM, a), Requirement(Kind.FLOOR)}))
 
 
 # --- along the path ---------------------------------------------------------------------------------------------------
 
 
-def _along(cell: Cell, ways: Mapping[int, Way]) -> Iterator[Violation]:
+def _along(cell: Cell, ways: Mapping[int, PartialPath]) -> Iterator[Violation]:
     """Bodies that come too near to each other, and joint limits between the poses."""
     arms = list(ways)
     if not cell.surroundings.clearances.any or not arms:
@@ -144,7 +146,7 @@ def _along(cell: Cell, ways: Mapping[int, Way]) -> Iterator[Violation]:
     scene = Scene.of(part, holders=cell.arms)
     samples = sample_path(part, scene.path, scene.bases(points), points)
     if not samples.followed:
-        yield Violation(frozenset(Element(Kind.ARM, a) for a in arms), first, last)
+        yield Violation(frozenset(Requirement(Kind.ARM, a) for a in arms), first, last)
     for violation in (*_contacts(scene, samples, points, arms), *_limits(part, samples, arms)):
         yield replace(
             violation,
@@ -164,12 +166,12 @@ def _poses(samples: Samples, k: int) -> tuple[int, int]:
 def _limits(cell: Cell, samples: Samples, arms: Sequence[int]) -> Iterator[Violation]:
     for a, arm, q in zip(arms, cell.arms, samples.joints, strict=True):
         for k, joint in np.argwhere(np.maximum(arm.lower - q, q - arm.upper) > LIMITS):
-            elements = frozenset({Element(Kind.ARM, a), Element(Kind.LIMITS, a, int(joint))})
-            yield Violation(elements, *_poses(samples, int(k)))
+            requirements = frozenset({Requirement(Kind.ARM, a), Requirement(Kind.LIMITS, a, int(joint))})
+            yield Violation(requirements, *_poses(samples, int(k)))
 
 
 def _contacts(scene: Scene, samples: Samples, points: Sequence[ArmPoint], arms: Sequence[int]) -> Iterator[Violation]:
-    """Pairs that are too near; each once for every set of elements and poses."""
+    """Pairs that are too near; each once for every set of requirements and poses."""
     model = scene.model
     if model is None:
         return
@@ -183,20 +185,20 @@ def _contacts(scene: Scene, samples: Samples, points: Sequence[ArmPoint], arms: 
         if not spare[k, pair] < -KEPT:
             break
         owners = (b.owners[b.first[pair]], b.owners[b.second[pair]])
-        elements = {element for owner in owners for element in _element_of(owner, arms)}
+        requirements = {requirement for owner in owners for requirement in _requirement_of(owner, arms)}
         kind = b.kinds[pair]
         if kind is PairClass.ARM_OBSTACLE:
-            elements.add(Element(Kind.OBSTACLE, obstacles[b.names[b.second[pair]]]))
+            requirements.add(Requirement(Kind.OBSTACLE, obstacles[b.names[b.second[pair]]]))
         if kind is PairClass.SELF:
-            elements.add(Element(Kind.SELF))
-        violation = Violation(frozenset(elements), *_poses(samples, k))
+            requirements.add(Requirement(Kind.SELF))
+        violation = Violation(frozenset(requirements), *_poses(samples, k))
         if violation not in seen and model.contact(places, k, pair).distance < scene.required[pair] - KEPT:
             seen.add(violation)
             yield violation
 
 
-def _element_of(owner: Owner, arms: Sequence[int]) -> Iterator[Element]:
+def _requirement_of(owner: Owner, arms: Sequence[int]) -> Iterator[Requirement]:
     if owner.arm is not None:
-        yield Element(Kind.ARM, arms[owner.arm])
+        yield Requirement(Kind.ARM, arms[owner.arm])
     if owner.part:
-        yield Element(Kind.PART)
+        yield Requirement(Kind.PART)

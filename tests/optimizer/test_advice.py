@@ -9,12 +9,12 @@ from bench.dense_check import judge
 from optimizer.advice import with_advice
 from optimizer.coupled.scene import Scene
 from optimizer.findings import Explanation
+from optimizer.infeasibility.explain import explain
+from optimizer.infeasibility.searched.trial import clean
 from optimizer.layout import Outcome
 from optimizer.optimize import optimize
 from optimizer.progress.timetable import timetable
 from optimizer.settings import Settings, ToleranceSettings
-from optimizer.why_not.explain import explain
-from optimizer.why_not.trial import clean
 from tests.support.arms import region
 from tests.support.blocked import (
     NOTHING,
@@ -30,7 +30,7 @@ def test_the_time_limit_is_respected():
     found = explain(cell, NOTHING, 0, began + 1.0)
     assert time.perf_counter() - began < 6.0  # one search that is under way is finished
     assert isinstance(found, Explanation)
-    assert not found.irreducible
+    assert found.blocking
 
 
 def test_a_layout_that_turns_up_is_the_answer():

@@ -11,11 +11,11 @@ from bench.cells import real_cell
 from bench.dense_check import dense_check
 from models.cell import Cell
 from models.surroundings import Surroundings
+from optimizer.infeasibility.requirements import Kind
+from optimizer.infeasibility.searched.partial_path import PartialPath, extended
+from optimizer.infeasibility.searched.violations import violations
 from optimizer.optimize import optimize
 from optimizer.program import ArmPoint
-from optimizer.why_not.elements import Kind
-from optimizer.why_not.extend import Way, extended
-from optimizer.why_not.violations import violations
 
 
 @pytest.mark.parametrize("seed", [0, 4, 5])
@@ -34,9 +34,9 @@ def test_a_layout_that_is_known_to_work_breaks_nothing(seed):
         assert way.point.joints == pytest.approx(points[a].joints, abs=1e-6)
 
 
-def known_ways(cell: Cell, known) -> dict[int, Way]:
+def known_ways(cell: Cell, known) -> dict[int, PartialPath]:
     return {
-        a: Way(ArmPoint(stand[:3], float(stand[3]), q, None), 0, len(q) - 1, ())
+        a: PartialPath(ArmPoint(stand[:3], float(stand[3]), q, None), 0, len(q) - 1, ())
         for a, (stand, q) in enumerate(zip(known.stands, known.joints, strict=True))
     }
 
@@ -47,13 +47,13 @@ def test_what_is_broken_is_what_a_dense_check_finds(seed):
     cell = real_cell(seed).cell
     best = optimize(replace(cell, surroundings=Surroundings(), couplings=()))
     ways = {
-        a: Way(ArmPoint(p.position, p.yaw, p.joints, None), 0, len(cell.task) - 1, ())
+        a: PartialPath(ArmPoint(p.position, p.yaw, p.joints, None), 0, len(cell.task) - 1, ())
         for a, p in enumerate(best.placements)
     }
     found = violations(cell, ways)
     stands = np.array([[*way.point.position, way.point.yaw] for way in ways.values()])
     verdict = dense_check(cell, stands, [way.point.joints for way in ways.values()], 0.01, 0.05)
-    kinds = {frozenset(e.kind for e in v.elements) for v in found}
+    kinds = {frozenset(e.kind for e in v.requirements) for v in found}
     asked = cell.surroundings.clearances
     pairs = {
         "arm_arm": (frozenset({Kind.ARM}), asked.arm_arm),
@@ -61,10 +61,10 @@ def test_what_is_broken_is_what_a_dense_check_finds(seed):
         "arm_obstacle": (frozenset({Kind.ARM, Kind.OBSTACLE}), asked.arm_obstacle),
         "self": (frozenset({Kind.ARM, Kind.SELF}), asked.self_collision),
     }
-    for word, (elements, required) in pairs.items():
+    for word, (requirements, required) in pairs.items():
         nearest = verdict.nearest.get(word)
         if nearest is not None and abs(nearest.distance - required) > 0.004:
-            assert (elements in kinds) == (nearest.distance < required), word
+            assert (requirements in kinds) == (nearest.distance < required), word
     assert (frozenset({Kind.ARM, Kind.FLOOR}) in kinds) == (verdict.floor_gap < 0.0)
     coupled = any(Kind.COUPLING in kind for kind in kinds)
     assert coupled == (verdict.coupling_excess > 1e-6)

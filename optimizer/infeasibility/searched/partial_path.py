@@ -18,7 +18,7 @@ CUTS = 2, 8
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Way:
+class PartialPath:
     """One arm of a layout.
 
     Attributes:
@@ -38,7 +38,7 @@ class Way:
         return replace(self.point, joints=self.point.joints[rows])
 
 
-def extended(cell: Cell, arm: Arm, point: ArmPoint, first: int, last: int) -> Way:
+def extended(cell: Cell, arm: Arm, point: ArmPoint, first: int, last: int) -> PartialPath:
     """Follow the part outwards, on from the end of a job to the start of the next as if it were one way.
 
     Args:
@@ -63,7 +63,7 @@ def extended(cell: Cell, arm: Arm, point: ArmPoint, first: int, last: int) -> Wa
             pose += step
             joints[pose] = q
         first, last = (first, pose) if step > 0 else (pose, last)
-    return Way(ArmPoint(point.position, point.yaw, joints, point.signs), first, last, tuple(lost))
+    return PartialPath(ArmPoint(point.position, point.yaw, joints, point.signs), first, last, tuple(lost))
 
 
 def _next(

@@ -15,8 +15,8 @@ from models.floor import Floor
 from models.pose import transform
 from models.shapes import Body, Sphere
 from models.surroundings import Clearances, Part, Surroundings
-from optimizer.why_not.conflict import ConflictSearch, Known
-from optimizer.why_not.violations import Violation, part_violations
+from optimizer.infeasibility.searched.conflict import ConflictSearch, Known
+from optimizer.infeasibility.searched.violations import Violation, part_violations
 from tests.support.arms import region
 from tests.support.blocked import (
     ball_in_the_way,
@@ -113,12 +113,12 @@ def test_blocked_bench_cells_are_explained_by_what_was_put_in_their_way(seed, ex
 def test_the_smallest_set_breaks_every_known_layout_and_no_subset_does(data):
     cell = one_arm(obstacles=[far_box(f"box {k}") for k in range(6)])
     search = ConflictSearch(cell, np.inf, 0)
-    removable = sorted(search.whole.elements, key=lambda e: (e.kind, e.index, e.joint))
+    removable = sorted(search.whole.requirements, key=lambda e: (e.kind, e.index, e.joint))
     draw = st.frozensets(st.sampled_from(removable), min_size=1, max_size=3)
     for _ in range(data.draw(st.integers(1, 8))):
-        breaks = tuple(Violation(elements) for elements in data.draw(st.lists(draw, min_size=1, max_size=4)))
+        breaks = tuple(Violation(requirements) for requirements in data.draw(st.lists(draw, min_size=1, max_size=4)))
         search.known.append(Known({}, breaks))
     found = search._smallest(search.whole, removable)
     assert not any(known.keeps(found) for known in search.known)
-    for element in found.elements:
-        assert any(known.keeps(found.without(element)) for known in search.known)
+    for requirement in found.requirements:
+        assert any(known.keeps(found.without(requirement)) for known in search.known)

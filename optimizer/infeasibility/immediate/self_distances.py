@@ -22,7 +22,7 @@ from models.link_frames import link_frames
 from models.separation import separation
 from models.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Sphere
 from models.surroundings import PairClass
-from optimizer.infeasibility.cause import Infeasibility, millimetres, rounded_down, surely_short
+from optimizer.infeasibility.immediate.cause import Infeasibility, millimetres, rounded_down, surely_short
 
 JOINTS = 2
 """Joints between two bodies at most."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from bench.cells import real_cell
 from models.coupling import Direction, Distance, Rail, among
-from optimizer.why_not.elements import Element, Kind, everything, restricted
+from optimizer.infeasibility.requirements import Kind, Requirement, everything, restricted
 
 
 def test_a_selection_keeps_what_is_in_it():
@@ -19,7 +19,7 @@ def test_a_selection_keeps_what_is_in_it():
     assert same.max_joint_step == cell.max_joint_step
     assert same.surroundings.obstacles == cell.surroundings.obstacles
     assert np.array_equal(same.task.poses, cell.task.poses)
-    less = restricted(cell, replace(whole.without(Element(Kind.LIMITS, 1, 2)), first=2, last=2))
+    less = restricted(cell, replace(whole.without(Requirement(Kind.LIMITS, 1, 2)), first=2, last=2))
     assert len(less.task) == 2
     assert np.array_equal(less.task.poses[0], cell.task.poses[2])
     assert np.isinf(less.arms[1].lower[2])

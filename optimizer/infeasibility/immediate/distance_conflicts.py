@@ -7,7 +7,7 @@ from math import floor, inf
 from models.cell import Cell
 from models.coupling import Distance
 from models.kept import KEPT
-from optimizer.infeasibility.cause import SURE, Infeasibility
+from optimizer.infeasibility.immediate.cause import SURE, Infeasibility
 
 Chain = tuple[float, tuple[int, ...]]
 """How far apart two bases may be, m, and the couplings that say so one after the other."""

@@ -16,7 +16,7 @@ from models.collision import CollisionModel, Configurations, Contact
 from models.kept import KEPT
 from models.pose import inverse
 from models.surroundings import PairClass
-from optimizer.infeasibility.cause import Infeasibility, millimetres, rounded_down, surely_short
+from optimizer.infeasibility.immediate.cause import Infeasibility, millimetres, rounded_down, surely_short
 from optimizer.path_samples import ObjectPath
 
 SHIFT, TURN = 5e-3, radians(1.0)

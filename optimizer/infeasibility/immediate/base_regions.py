@@ -13,7 +13,7 @@ from models.kept import KEPT
 from optimizer.box import reach_windows, search_box
 from optimizer.certificate.bounds.angles.targets import Targets
 from optimizer.certificate.bounds.region import reachable_region
-from optimizer.infeasibility.cause import SURE, Infeasibility
+from optimizer.infeasibility.immediate.cause import SURE, Infeasibility
 from optimizer.reasons import explain_reach
 from optimizer.reduced import reduced_problem
 

@@ -20,8 +20,8 @@ from models.cell import Cell
 from models.coupling import Coupling, Direction, Distance, Mirror
 from models.kept import KEPT
 from optimizer.box import search_box
-from optimizer.infeasibility.cause import SURE, Infeasibility
-from optimizer.infeasibility.distance_conflicts import distance_conflicts
+from optimizer.infeasibility.immediate.cause import SURE, Infeasibility
+from optimizer.infeasibility.immediate.distance_conflicts import distance_conflicts
 
 SIDES = 32
 """Of the polygon around a disc."""

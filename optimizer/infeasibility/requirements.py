@@ -1,8 +1,8 @@
-"""What a cell asks for, taken apart: elements that can be left out one by one, and what is left of the cell then."""
+"""What a cell asks for, taken apart: requirements that can be left out one by one, and what is left then."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from math import inf, pi
@@ -11,6 +11,7 @@ import numpy as np
 
 from models.arm import FREE_YAW, Arm, Interval
 from models.cell import Cell
+from models.closed_form import closed_form
 from models.coupling import Coupling, among
 from models.posture import Posture
 from models.surroundings import Surroundings
@@ -18,11 +19,12 @@ from optimizer.box import reach_windows
 
 
 class Kind(StrEnum):
-    """Sorts of elements; where a choice is left, the earlier ones are the first to be left out."""
+    """Sorts of requirements; where a choice is left, the earlier ones are the first to be left out."""
 
     SELF = "self-collision"
     STEP = "max_joint_step"
     CONDITIONING = "min_conditioning"
+    SINGULARITIES = "singularity rule"
     LIMITS = "limits"
     POSTURE = "posture"
     REGION = "base region"
@@ -33,12 +35,14 @@ class Kind(StrEnum):
     ARM = "arm"
 
 
-OWN = (Kind.STEP, Kind.CONDITIONING, Kind.LIMITS, Kind.POSTURE, Kind.REGION)
+OWN = (Kind.STEP, Kind.CONDITIONING, Kind.SINGULARITIES, Kind.LIMITS, Kind.POSTURE, Kind.REGION)
 """What an arm is asked for whatever stands around it."""
+OF_ARMS = (Kind.ARM, Kind.REGION, Kind.POSTURE, Kind.CONDITIONING, Kind.SINGULARITIES, Kind.LIMITS)
+"""What has an index that is that of an arm."""
 
 
 @dataclass(frozen=True, slots=True)
-class Element:
+class Requirement:
     """Something that a cell asks for.
 
     Attributes:
@@ -62,7 +66,7 @@ class Element:
                 return f"limits of {arm.name} / {arm.robot.joint_names[self.joint]}"
             case Kind.ARM:
                 return f"arm {cell.arms[self.index].name}"
-            case Kind.REGION | Kind.POSTURE | Kind.CONDITIONING:
+            case Kind.REGION | Kind.POSTURE | Kind.CONDITIONING | Kind.SINGULARITIES:
                 return f"{self.kind} of {cell.arms[self.index].name}"
             case _:
                 return str(self.kind)
@@ -70,15 +74,15 @@ class Element:
 
 @dataclass(frozen=True, slots=True)
 class Selection:
-    """Some elements of a cell, and the poses from ``first`` to ``last``, both included."""
+    """Some requirements of a cell, and the poses from ``first`` to ``last``, both included."""
 
-    elements: frozenset[Element]
+    requirements: frozenset[Requirement]
     first: int
     last: int
 
-    def without(self, element: Element) -> Selection:
-        """The selection with one element less."""
-        return replace(self, elements=self.elements - {element})
+    def without(self, *some: Requirement) -> Selection:
+        """The selection without some requirements."""
+        return replace(self, requirements=self.requirements - set(some))
 
     def shorter(self) -> Iterator[Selection]:
         """The selection without its first, and without its last pose; nothing if it has but one."""
@@ -94,90 +98,106 @@ class Selection:
     def words(self, cell: Cell) -> tuple[str, ...]:
         """What it holds, for people: arms first (where there are several), then poses, then the rest."""
         poses = f"pose {self.first}" if self.first == self.last else f"poses {self.first}-{self.last}"
-        ordered = by_interest(self.elements)
+        ordered = by_interest(self.requirements)
         arms = [e.words(cell) for e in ordered if e.kind is Kind.ARM and len(cell.arms) > 1]
         return (*arms, poses, *(e.words(cell) for e in ordered if e.kind is not Kind.ARM))
 
 
-def by_interest(elements: Iterable[Element]) -> list[Element]:
+def by_interest(requirements: Iterable[Requirement]) -> list[Requirement]:
     """Elements in the order of `Kind`: the first to be left out first."""
     order = list(Kind)
-    return sorted(elements, key=lambda e: (order.index(e.kind), e.index, e.joint))
+    return sorted(requirements, key=lambda e: (order.index(e.kind), e.index, e.joint))
 
 
 def everything(cell: Cell) -> Selection:
-    """All elements and all poses."""
-    return Selection(frozenset(_elements(cell)), 0, len(cell.task) - 1)
+    """All requirements and all poses."""
+    return Selection(frozenset(_requirements(cell)), 0, len(cell.task) - 1)
 
 
-def _elements(cell: Cell) -> Iterator[Element]:
+def _requirements(cell: Cell) -> Iterator[Requirement]:
     around = cell.surroundings
     for a, arm in enumerate(cell.arms):
-        yield Element(Kind.ARM, a)
-        yield Element(Kind.REGION, a)
+        yield Requirement(Kind.ARM, a)
+        yield Requirement(Kind.REGION, a)
         if not arm.posture.free:
-            yield Element(Kind.POSTURE, a)
+            yield Requirement(Kind.POSTURE, a)
         if arm.min_conditioning is not None:
-            yield Element(Kind.CONDITIONING, a)
-        yield from (Element(Kind.LIMITS, a, int(j)) for j in np.flatnonzero(np.isfinite(arm.upper - arm.lower)))
+            yield Requirement(Kind.CONDITIONING, a)
+        if arm.avoid_singularities and closed_form(arm.robot) is not None:
+            yield Requirement(Kind.SINGULARITIES, a)
+        yield from (Requirement(Kind.LIMITS, a, int(j)) for j in np.flatnonzero(np.isfinite(arm.upper - arm.lower)))
     asked = around.clearances
     if asked.arm_obstacle is not None or asked.part_obstacle is not None:
-        yield from (Element(Kind.OBSTACLE, k) for k in range(len(around.obstacles)))
+        yield from (Requirement(Kind.OBSTACLE, k) for k in range(len(around.obstacles)))
     if around.part is not None and (asked.arm_part is not None or asked.part_obstacle is not None):
-        yield Element(Kind.PART)
+        yield Requirement(Kind.PART)
     if asked.self_collision is not None:
-        yield Element(Kind.SELF)
+        yield Requirement(Kind.SELF)
     if around.floor is not None:
-        yield Element(Kind.FLOOR)
-    yield from (Element(Kind.COUPLING, k) for k in range(len(cell.couplings)))
+        yield Requirement(Kind.FLOOR)
+    yield from (Requirement(Kind.COUPLING, k) for k in range(len(cell.couplings)))
     if cell.max_joint_step < pi:
-        yield Element(Kind.STEP)
+        yield Requirement(Kind.STEP)
+
+
+def selection_of(cell: Cell, arms: Sequence[int]) -> Selection:
+    """All that is asked for of some arms."""
+    whole = everything(cell)
+
+    def concerns(one: Requirement) -> bool:
+        if one.kind is Kind.COUPLING:
+            return set(cell.couplings[one.index].arms) <= set(arms)
+        return one.kind not in OF_ARMS or one.index in arms
+
+    return replace(whole, requirements=frozenset(one for one in whole.requirements if concerns(one)))
 
 
 def arms_of(cell: Cell, selection: Selection) -> list[int]:
     """Indices of the arms in a selection."""
-    return [a for a in range(len(cell.arms)) if Element(Kind.ARM, a) in selection.elements]
+    return [a for a in range(len(cell.arms)) if Requirement(Kind.ARM, a) in selection.requirements]
 
 
 def restricted(cell: Cell, selection: Selection) -> Cell:
     """The cell with nothing but a selection of what it asks for; a single pose is held for two."""
-    chosen, arms = selection.elements, arms_of(cell, selection)
+    chosen, arms = selection.requirements, arms_of(cell, selection)
     part = cell.part(selection.first, selection.last)
-    couplings = (c for k, c in enumerate(cell.couplings) if Element(Kind.COUPLING, k) in chosen)
+    couplings = (c for k, c in enumerate(cell.couplings) if Requirement(Kind.COUPLING, k) in chosen)
     return replace(
         part,
         arms=tuple(_relaxed(part, a, chosen) for a in arms),
-        max_joint_step=cell.max_joint_step if Element(Kind.STEP) in chosen else pi,
+        max_joint_step=cell.max_joint_step if Requirement(Kind.STEP) in chosen else pi,
         surroundings=_surroundings(cell.surroundings, chosen),
         couplings=_among(couplings, arms),
     )
 
 
-def _relaxed(cell: Cell, index: int, chosen: frozenset[Element]) -> Arm:
+def _relaxed(cell: Cell, index: int, chosen: frozenset[Requirement]) -> Arm:
     """An arm without what is not chosen of it; the height of its base stays."""
     arm = cell.arms[index]
-    if Element(Kind.REGION, index) not in chosen:
+    if Requirement(Kind.REGION, index) not in chosen:
         windows = reach_windows(cell, arm)
         x, y = (Interval(float(np.min(windows[:, k, 0])), float(np.max(windows[:, k, 1]))) for k in range(2))
         arm = replace(arm, base=replace(arm.base, x=x, y=y, yaw=FREE_YAW))
-    if Element(Kind.POSTURE, index) not in chosen:
+    if Requirement(Kind.POSTURE, index) not in chosen:
         arm = replace(arm, posture=Posture())
-    if Element(Kind.CONDITIONING, index) not in chosen:
+    if Requirement(Kind.CONDITIONING, index) not in chosen:
         arm = replace(arm, min_conditioning=None)
-    kept = np.array([Element(Kind.LIMITS, index, j) in chosen for j in range(arm.dof)])
+    if Requirement(Kind.SINGULARITIES, index) not in chosen:
+        arm = replace(arm, avoid_singularities=False)
+    kept = np.array([Requirement(Kind.LIMITS, index, j) in chosen for j in range(arm.dof)])
     if np.all(kept | np.isinf(arm.upper - arm.lower)):
         return arm
     return replace(arm, lower=np.where(kept, arm.lower, -inf), upper=np.where(kept, arm.upper, inf))
 
 
-def _surroundings(around: Surroundings, chosen: frozenset[Element]) -> Surroundings:
+def _surroundings(around: Surroundings, chosen: frozenset[Requirement]) -> Surroundings:
     asked = around.clearances
     return replace(
         around,
-        obstacles=tuple(o for k, o in enumerate(around.obstacles) if Element(Kind.OBSTACLE, k) in chosen),
-        part=around.part if Element(Kind.PART) in chosen else None,
-        floor=around.floor if Element(Kind.FLOOR) in chosen else None,
-        clearances=asked if Element(Kind.SELF) in chosen else replace(asked, self_collision=None),
+        obstacles=tuple(o for k, o in enumerate(around.obstacles) if Requirement(Kind.OBSTACLE, k) in chosen),
+        part=around.part if Requirement(Kind.PART) in chosen else None,
+        floor=around.floor if Requirement(Kind.FLOOR) in chosen else None,
+        clearances=asked if Requirement(Kind.SELF) in chosen else replace(asked, self_collision=None),
     )
 
 

@@ -1,4 +1,4 @@
-"""An irreducible set of elements that together leave no layout, grown from the layouts that smaller sets leave."""
+"""An irreducible set of requirements that together leave no layout, grown from the layouts that smaller sets leave."""
 
 from __future__ import annotations
 
@@ -7,11 +7,20 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 from models.cell import Cell
+from optimizer.infeasibility.requirements import (
+    OWN,
+    Kind,
+    Requirement,
+    Selection,
+    arms_of,
+    by_interest,
+    everything,
+    restricted,
+)
+from optimizer.infeasibility.searched.partial_path import PartialPath, extended
+from optimizer.infeasibility.searched.trial import find
+from optimizer.infeasibility.searched.violations import Violation, part_violations, violations
 from optimizer.program import ArmPoint
-from optimizer.why_not.elements import OWN, Element, Kind, Selection, arms_of, by_interest, everything, restricted
-from optimizer.why_not.extend import Way, extended
-from optimizer.why_not.trial import find
-from optimizer.why_not.violations import Violation, part_violations, violations
 
 SHARE = 0.3
 """Share of the time left that one trial may take."""
@@ -28,7 +37,7 @@ class Known:
         breaks: all that it breaks.
     """
 
-    ways: dict[int, Way]
+    ways: dict[int, PartialPath]
     breaks: tuple[Violation, ...]
 
     def keeps(self, selection: Selection) -> bool:
@@ -37,7 +46,7 @@ class Known:
 
     def without(self, selection: Selection) -> Known:
         """The same, not keeping a selection: it seemed to, but its path did not pass the full check."""
-        refused = Violation(selection.elements, selection.first, selection.last)
+        refused = Violation(selection.requirements, selection.first, selection.last)
         return replace(self, breaks=(*self.breaks, refused))
 
 
@@ -72,7 +81,7 @@ class ConflictSearch:
         """True if the time is over, or there is nothing to be explained."""
         return self.solved or time.perf_counter() > self.deadline
 
-    def meet(self, ways: dict[int, Way], kept: Selection | None = None) -> None:
+    def meet(self, ways: dict[int, PartialPath], kept: Selection | None = None) -> None:
         """Take a layout over; ``kept`` is what it was found to keep, whatever rounding says."""
         breaks = (*violations(self.cell, ways), *self.part)
         self.known.append(Known(ways, tuple(v for v in breaks if kept is None or not v.within(kept))))
@@ -86,38 +95,38 @@ class ConflictSearch:
         selection = self._smallest(self.whole, self._around())
         while not self.late():
             selection = self._grown(self.whole, self._around())
-            selection = self._grown(selection, [e for e in by_interest(selection.elements) if e.kind in OWN])
+            selection = self._grown(selection, [e for e in by_interest(selection.requirements) if e.kind in OWN])
             selection = self._reduced(self._shortened(selection))
             if self._blocked(selection):
                 break
         return Conflict(selection, not (self.late() or self.cut_short), tuple(self.known))
 
-    def _around(self) -> list[Element]:
+    def _around(self) -> list[Requirement]:
         """What is not the arms' own, and the arms: the first to be left out first."""
-        around = [element for element in by_interest(self.whole.elements) if element.kind not in OWN]
+        around = [requirement for requirement in by_interest(self.whole.requirements) if requirement.kind not in OWN]
         around.sort(key=lambda e: e.kind is Kind.ARM and self.cell.arms[e.index].name in self.suspects)
         if self.part:  # certain, whatever the arms do
-            around.sort(key=lambda element: element.kind is not Kind.ARM)
+            around.sort(key=lambda requirement: requirement.kind is not Kind.ARM)
         return around
 
     def _blocked(self, selection: Selection) -> bool:
         """True if no known layout keeps all of a selection."""
         return not any(known.keeps(selection) for known in self.known)
 
-    def _grown(self, selection: Selection, removable: Sequence[Element]) -> Selection:
-        """The set with only those of its removable elements that it takes to block, as far as time allows."""
+    def _grown(self, selection: Selection, removable: Sequence[Requirement]) -> Selection:
+        """The set with only those of its removable requirements that it takes to block, as far as time allows."""
         smaller = self._smallest(selection, removable)
         while not self.late() and self._possible(smaller) and self._blocked(selection):
             smaller = self._smallest(selection, removable)
         return smaller
 
-    def _smallest(self, selection: Selection, removable: Sequence[Element]) -> Selection:
-        """Without the elements that it does not take for every known layout to break something."""
+    def _smallest(self, selection: Selection, removable: Sequence[Requirement]) -> Selection:
+        """Without the requirements that it does not take for every known layout to break something."""
         active = [[v for v in known.breaks if v.within(selection)] for known in self.known]
-        for element in removable:
-            fewer = [[v for v in breaks if element not in v.elements] for breaks in active]
+        for requirement in removable:
+            fewer = [[v for v in breaks if requirement not in v.requirements] for breaks in active]
             if all(fewer):
-                active, selection = fewer, selection.without(element)
+                active, selection = fewer, selection.without(requirement)
         return selection
 
     def _shortened(self, selection: Selection) -> Selection:
@@ -147,9 +156,9 @@ class ConflictSearch:
 
     def _reduced(self, selection: Selection) -> Selection:
         """Without members that turn out not to be needed, as far as time allows."""
-        for element in by_interest(selection.elements):
-            if not self.late() and not self._possible(selection.without(element)) and not self.late():
-                selection = selection.without(element)
+        for requirement in by_interest(selection.requirements):
+            if not self.late() and not self._possible(selection.without(requirement)) and not self.late():
+                selection = selection.without(requirement)
         untried = list(selection.shorter())
         while untried and not self.late():
             shorter = untried.pop()

@@ -23,7 +23,7 @@ from models.separation import separation
 from models.shapes import Sphere
 from models.surroundings import PairClass
 from optimizer.box import search_box
-from optimizer.infeasibility.cause import SURE, Infeasibility, millimetres, rounded_down
+from optimizer.infeasibility.immediate.cause import SURE, Infeasibility, millimetres, rounded_down
 
 MOST, SMALLEST = 3000, 2e-3
 """Boxes, and m, half side of the smallest."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from models.cell import Cell
 from models.collision import CollisionModel
-from optimizer.infeasibility.base_regions import floor_conflicts, region_conflicts
-from optimizer.infeasibility.cause import Infeasibility
-from optimizer.infeasibility.coupling_conflicts import coupling_conflicts
-from optimizer.infeasibility.fixed_bodies import fixed_body_conflicts
-from optimizer.infeasibility.relative_bases import relative_base_conflicts
-from optimizer.infeasibility.self_distances import self_distance_conflicts
+from optimizer.infeasibility.immediate.base_regions import floor_conflicts, region_conflicts
+from optimizer.infeasibility.immediate.cause import Infeasibility
+from optimizer.infeasibility.immediate.coupling_conflicts import coupling_conflicts
+from optimizer.infeasibility.immediate.fixed_bodies import fixed_body_conflicts
+from optimizer.infeasibility.immediate.relative_bases import relative_base_conflicts
+from optimizer.infeasibility.immediate.self_distances import self_distance_conflicts
 from optimizer.layout import Layout, Outcome, Search
 from optimizer.measure import jobs_of
 from optimizer.reasons import name_jobs

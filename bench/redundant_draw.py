@@ -3,14 +3,19 @@
 A part is moved along a line, an arc or a chain of short lines. A base near the path and a posture are drawn; the grasp
 is what makes them meet in the middle. The draw counts if the posture can be followed to both ends inside the limits
 and steps, by plain damped Newton steps. What was drawn is thrown away: the search sees task, grasp and region.
+
+Four kinds: ``path``; ``endless``, arms with joints without end; ``dwell``, with some hundred poses at one place of the
+path; ``tilted``, with the base on a slope, a wall or a ceiling.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
+from bench.random_arms.ways import dwelling
 from models.arm import Arm, BaseRegion, Interval, range_weights
 from models.arrays import Floats
 from models.catalogue import names, robot
@@ -22,6 +27,7 @@ from models.robot import Robot
 from models.screws import forward_and_jacobian, pose_error
 from models.task import line, task_from_poses
 
+KINDS = ("path", "endless", "dwell", "tilted")
 SHAPES = ("line", "arc", "corners")
 SIZES = (0.3, 1.0, 2.4)
 """m, sides of the square in which bases may stand."""
@@ -35,15 +41,18 @@ def arms_without_reduction(endless: bool) -> list[str]:
     return [name for name in without if bool(np.all(robot(name).limited)) != endless]
 
 
-def drawn_cell(rng: np.random.Generator, name: str) -> Cell:
-    """A task that robot ``name`` can do."""
+def drawn_cell(rng: np.random.Generator, name: str, kind: str = "path") -> Cell:
+    """A task of one of the `KINDS` that robot ``name`` can do."""
+    mount = np.eye(3)
+    if kind == "tilted":
+        mount = rotation_about(rng.normal(size=3), rng.uniform(0.3, np.pi))
     while True:
-        cell = _attempt(rng, robot(name))
+        cell = _attempt(rng, robot(name), mount)
         if cell is not None:
-            return cell
+            return replace(cell, task=task_from_poses(dwelling(cell.task.poses, rng))) if kind == "dwell" else cell
 
 
-def _attempt(rng: np.random.Generator, drawn: Robot) -> Cell | None:
+def _attempt(rng: np.random.Generator, drawn: Robot, mount: Floats) -> Cell | None:
     """One draw, or None if its posture cannot be followed."""
     reach = float(np.linalg.norm(np.diff(chain_of(drawn).points, axis=0), axis=1).sum())
     poses = _poses(rng, str(rng.choice(SHAPES)), int(rng.integers(4, 21)), min(reach, 1.0))
@@ -53,8 +62,8 @@ def _attempt(rng: np.random.Generator, drawn: Robot) -> Cell | None:
     rotations, positions, _ = forward_and_jacobian(chain_of(drawn), q[None])
     flange = transform(rotations[0], positions[0])
     middle, yaw = poses[len(poses) // 2], float(rng.uniform(-np.pi, np.pi))
-    stand = middle[:3, 3] + rng.uniform(-0.1, 0.1, 3) - rotation_z(yaw) @ positions[0]
-    base = transform(rotation_z(yaw), stand)
+    stand = middle[:3, 3] + rng.uniform(-0.1, 0.1, 3) - mount @ rotation_z(yaw) @ positions[0]
+    base = transform(mount @ rotation_z(yaw), stand)
     grasp = inverse(middle) @ base @ flange
     step = float(rng.choice(STEPS))
     if not _follows(chain_of(drawn), inverse(base) @ poses @ grasp, q, (lower, upper), step):
@@ -69,6 +78,7 @@ def _attempt(rng: np.random.Generator, drawn: Robot) -> Cell | None:
         upper=upper,
         reference=np.clip(drawn.reference, lower, upper),
         weights=range_weights(lower, upper),
+        mount=mount,
     )
     return Cell(task_from_poses(poses), (arm,), max_joint_step=step, name=drawn.name)
 

@@ -7,7 +7,7 @@ import time
 import numpy as np
 import pytest
 
-from bench.redundant_arms import line_of, objective_if_usable
+from bench.redundant_arms import line_of, objective_if_usable, with_few_poses
 from bench.redundant_draw import arms_without_reduction, drawn_cell
 from bench.trial import draw_of
 from optimizer.search import search_arm
@@ -31,6 +31,17 @@ def test_an_answer_is_usable_and_a_broken_one_is_not():
     for offset in (1e-4 * np.eye(arm.dof)[3], np.full(arm.dof, 2.0 * np.pi)):
         assert objective_if_usable(cell, arm, best.position, best.yaw, best.joints + offset) == np.inf
     assert objective_if_usable(cell, arm, best.position + np.array([5.0, 0.0, 0.0]), best.yaw, best.joints) == np.inf
+
+
+def test_dwells_and_slopes_are_drawn():
+    dwell = drawn_cell(draw_of("redundant arms dwell", 0), "iiwa14", "dwell")
+    assert len(dwell.task) > 200
+    few, rows = with_few_poses(dwell)
+    assert len(few.task) < 40
+    assert np.max(np.abs(few.task.poses[rows] - dwell.task.poses)) < 1e-2
+    assert np.sum(few.task.weights) == len(dwell.task)
+    tilted = drawn_cell(draw_of("redundant arms tilted", 0), "iiwa14", "tilted")
+    assert not tilted.arms[0].upright
 
 
 def test_a_miss_is_told():

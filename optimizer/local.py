@@ -27,7 +27,7 @@ CLEAR = 1e-3
 """Relative rise of the objective for which ways keep clear of singularities also where they begin and end."""
 
 
-def solve_locally(cell: Cell, arm: Arm, start: ArmPoint, deadline: float) -> Solve:
+def solve_locally(cell: Cell, arm: Arm, start: ArmPoint, deadline: float, known: float = np.inf) -> Solve:
     """Solve the program of one arm from a start.
 
     Args:
@@ -35,12 +35,13 @@ def solve_locally(cell: Cell, arm: Arm, start: ArmPoint, deadline: float) -> Sol
         arm: the arm.
         start: where to begin; its posture is kept.
         deadline: `time.perf_counter` value, soft.
+        known: objective; where an answer without the rows that it breaks costs more, no rows are added to it.
 
     Returns:
         The last solve; whether its point is usable is for `optimizer.verify` to say.
     """
-    result = _solve_rows(cell, replace(arm, avoid_singularities=False), start, deadline)
-    if not result.status.has_point:
+    result = _solve_rows(cell, replace(arm, avoid_singularities=False), start, deadline, known=known)
+    if not result.status.has_point or result.objective > known:
         return result
     point = result.points[0]
     through, beside = touches(cell, arm, point)
@@ -62,15 +63,19 @@ def touches(cell: Cell, arm: Arm, point: ArmPoint) -> tuple[bool, bool]:
     return bool(np.any(through)), bool(np.any(allowed > 0.0))
 
 
-def _solve_rows(cell: Cell, arm: Arm, start: ArmPoint, deadline: float, *, clear: bool = False) -> Solve:
+def _solve_rows(
+    cell: Cell, arm: Arm, start: ArmPoint, deadline: float, *, clear: bool = False, known: float = np.inf
+) -> Solve:
     """Solve without rows of steps and conditioning, then with those that the answer breaks."""
     keep = start.signs is not None
     result = _solve(cell, arm, start, deadline, keep_shoulder=keep, clear=clear)
     steps = False
+    if result.objective > known:
+        return result
     if result.status.has_point and largest_step(cell.task, result.points[0].joints) > cell.max_joint_step:
         steps = True
         result = _solve(cell, arm, start, deadline, keep_shoulder=keep, clear=clear, steps=True)
-    if result.status.has_point and arm.min_conditioning is not None:
+    if result.status.has_point and arm.min_conditioning is not None and result.objective <= known:
         values, _ = conditioning_gradients(arm, result.points[0].joints)
         if np.min(values) < arm.min_conditioning:
 

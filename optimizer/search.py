@@ -57,6 +57,10 @@ HALF_STEP, MOST_FINER = 0.55, 400
 """Share of a joint step that half the way to the next pose may take, and most poses of a search with the middles."""
 BOX_WORTH, BOX_GAP, NEAR = 1.0, 1e-3, 0.01
 """s, counted in boxes, and relative gap of the boxes that are looked at after local solves; m that are near."""
+GAVE_WAY = 1e-3
+"""Relative; where the best optimum's way cannot be gone and what can be costs so much more, more optima are tried."""
+OTHER_DRAWS = 100
+"""What is added to the seed of the draws then."""
 LONG_TASK = 200
 """Poses from which on only half as many starts are solved."""
 
@@ -267,8 +271,8 @@ def _turned(
 def _search_general(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadline: float) -> None:
     """Many seeds of the unreduced problem; where no optimum's way can be gone, more optima, and more poses."""
     paths = _search_seeds(cell, search, box, seed, deadline, PARAMETERS)
-    if search.best is None and search.optima and search.finished:
-        _search_seeds(cell, search, box, seed, deadline, THOROUGH)
+    if search.optima and search.objective > (1.0 + GAVE_WAY) * search.optima[0][0] and search.finished:
+        _search_seeds(cell, search, box, seed + OTHER_DRAWS, deadline, THOROUGH)
     if search.best is None and search.optima and search.finished:
         _search_finer(cell, search, box, seed, deadline)
     if search.best is None:
@@ -283,10 +287,10 @@ def _search_seeds(
 ) -> list[LayeredPath]:
     """One search of the unreduced problem; the nearest paths, where it finds nothing usable."""
 
-    def solve(start: ArmPoint) -> list[tuple[float, ArmPoint]]:
-        return _solve(cell, search, start, deadline)
+    def solve(some: Cell, start: ArmPoint, known: float) -> list[tuple[float, ArmPoint]]:
+        return _solve(some, search, start, deadline, known)
 
-    found = search_unreduced(cell, search.arm, box, seed, deadline, solve, parameters)
+    found = search_unreduced(cell, search.arm, box, seed, deadline, solve, parameters, search.objective)
     search.finished &= time.perf_counter() < deadline
     search.candidates += found.evaluated
     best = min((objective for objective, _ in found.optima), default=None)
@@ -295,14 +299,16 @@ def _search_seeds(
     return found.paths
 
 
-def _solve(cell: Cell, search: ArmSearch, start: ArmPoint, deadline: float) -> list[tuple[float, ArmPoint]]:
-    """The optimum reached from a start, if it passes the independent check."""
+def _solve(
+    cell: Cell, search: ArmSearch, start: ArmPoint, deadline: float, known: float = np.inf
+) -> list[tuple[float, ArmPoint]]:
+    """The optimum reached from a start, if it passes the independent check; if below ``known``, surely."""
     if time.perf_counter() > deadline:
         search.finished = False
         return []
     now = time.perf_counter()
     share = max(SHARE * (deadline - now), min(SOLVE_POSE * len(cell.task), deadline - now))
-    result = solve_locally(cell, search.arm, start, now + share)
+    result = solve_locally(cell, search.arm, start, now + share, known)
     search.starts += 1
     if result.engine_status == "Maximum_WallTime_Exceeded":
         search.finished = False

@@ -54,6 +54,19 @@ def test_rows_that_are_not_needed_are_not_added(name, seed, built):
     assert built == [(start.signs is not None, False, False)]
 
 
+def test_no_rows_are_added_to_what_is_beaten_without_them(built):
+    task, start = started("iiwa14", 2)
+    free = solved(task.cell, task.arm, start)
+    bent = replace(task.cell, max_joint_step=0.5 * float(np.max(np.abs(np.diff(free.points[0].joints, axis=0)))))
+    built.clear()
+    beaten = solve_locally(bent, task.arm, start, time.perf_counter() + 60.0, 0.9 * free.objective)
+    assert built == [(False, False, False)]
+    assert not check(bent, task.arm, beaten.points[0]).usable
+    held = solve_locally(bent, task.arm, start, time.perf_counter() + 60.0, 1.1 * free.objective)
+    assert built[-1] == (False, True, False)
+    assert check(bent, task.arm, held.points[0]).usable
+
+
 @pytest.mark.parametrize(("name", "seed"), [("puma560", 0), ("ur10e", 0), ("iiwa14", 2)])
 def test_joint_steps_are_limited_where_the_answer_exceeds_them(name, seed, built):
     task, start = started(name, seed)

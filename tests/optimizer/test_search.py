@@ -64,8 +64,8 @@ def test_a_solve_that_time_has_cut_short_is_not_a_finished_search(monkeypatch):
     task = possible("puma560", np.random.default_rng(4))
     original = search_module.solve_locally
 
-    def cut(cell, arm, start, deadline):
-        result = original(cell, arm, start, deadline)
+    def cut(cell, arm, start, deadline, known):
+        result = original(cell, arm, start, deadline, known)
         while time.perf_counter() < deadline:
             time.sleep(0.01)
         return replace(result, status=SolveStatus.LIMIT, engine_status="Maximum_WallTime_Exceeded")

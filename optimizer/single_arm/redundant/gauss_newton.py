@@ -26,6 +26,8 @@ LARGEST_DAMPING, LEAST_DAMPING = 1e-2, 1e-7
 """m²: damping is the square of the error, within these."""
 BASE_DAMPING = 1e-6
 """Relative; base coordinates that no pose feels stay where they are."""
+UNREACHED = 0.01
+"""m or rad; a pose with so large an error counts as much as the heaviest where the base is moved."""
 LARGEST_STEP = 0.6
 """rad, any joint in one iteration."""
 
@@ -176,7 +178,7 @@ def _solve(
     forwards(factor, rows)
     base_steps = np.empty((len(bases), 0))
     if len(free):
-        base_steps = _base_steps(problem, rows, bases, free)
+        base_steps = _base_steps(problem, rows, bases, free, look.missing)
         m = len(problem.positions)
         rows[:, 0] += np.einsum("abn,bn->an", rows[:, 1:], np.tile(base_steps.T, m))
     solved = rows[:, 0]
@@ -200,11 +202,20 @@ def _fill_base_columns(problem: UnreducedProblem, targets: Floats, bases: Floats
             columns[5, column] = -1.0
 
 
-def _base_steps(problem: UnreducedProblem, rows: Floats, bases: Floats, free: Ints) -> Floats:
+def _weights_of_bases(problem: UnreducedProblem, missing: Floats) -> Floats:
+    """(m, K) what poses count for where the base is moved: one that is not reached as much as the heaviest.
+
+    By their weights alone a dwell of hundreds of poses would keep the base where the few others are out of reach.
+    """
+    own = problem.base_weights[:, None]
+    return np.maximum(own, np.max(own) * np.minimum(missing / UNREACHED, 1.0))
+
+
+def _base_steps(problem: UnreducedProblem, rows: Floats, bases: Floats, free: Ints, missing: Floats) -> Floats:
     """(K, d) steps of the bases from rows (6, 1 + d, N) that the factors have been applied to."""
     m, count, d = len(problem.positions), len(bases), len(free)
     split = rows.reshape(6, 1 + d, m, count)
-    scaled = split * np.sqrt(problem.base_weights)[:, None]
+    scaled = split * np.sqrt(_weights_of_bases(problem, missing))
     hessian, gradient = np.empty((count, d, d)), np.empty((count, d))
     for a in range(d):
         gradient[:, a] = np.einsum("rjk,rjk->k", scaled[:, 1 + a], scaled[:, 0])

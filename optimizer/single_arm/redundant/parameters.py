@@ -41,6 +41,7 @@ class UnreducedParameters:
             joints turn without end and cost nothing: Gauss-Newton leaves those far from their optimum, and its ranking
             says little (gen3: 15.3 before IPOPT, 9.3 after).
         worth: candidates dearer than this many times the best are not polished.
+        beaten: local solves are given up where they are sure to cost this many times the best.
         repairable_over, repairable_step: rad beyond limits, and times the allowed step; candidates beyond either come
             last, most of them are failed solves of 70 ms.
         bases: distinct bases that get a path recombined from all seeds' poses.
@@ -84,6 +85,7 @@ class UnreducedParameters:
     polished: int = 4
     polished_endless: int = 10
     worth: float = 1.15
+    beaten: float = 1.0
     repairable_over: float = 0.05
     repairable_step: float = 1.3
     bases: int = 4
@@ -94,5 +96,5 @@ class UnreducedParameters:
 
 
 PARAMETERS = UnreducedParameters()
-THOROUGH = replace(PARAMETERS, polished=16, polished_endless=24, worth=4.0)
-"""Where none of the usual optima will do, because its way between the poses cannot be gone."""
+THOROUGH = replace(PARAMETERS, polished=16, polished_endless=24, worth=4.0, beaten=4.0)
+"""Where the best of the usual optima will not do, because its way between the poses cannot be gone."""

@@ -21,24 +21,40 @@ from optimizer.layers import LayeredPath, finish_path
 from optimizer.measure import objective_of
 from optimizer.program import ArmPoint
 from optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
+from optimizer.single_arm.redundant.held_poses import with_held_poses
 from optimizer.single_arm.redundant.parameters import PARAMETERS, UnreducedParameters
-from optimizer.single_arm.redundant.ranking import distinct, lifted
+from optimizer.single_arm.redundant.ranking import distinct, figures, lifted
 from optimizer.single_arm.redundant.recombination import distinct_bases, recombined
-from optimizer.single_arm.redundant.stages import Staged, carried, ranked, settled, staged
+from optimizer.single_arm.redundant.stages import (
+    MOVED_ERROR,
+    Staged,
+    carried,
+    likely,
+    ranked,
+    settled,
+    staged,
+    well_conditioned,
+)
 from optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, unreduced_problem
 from optimizer.single_arm.redundant.varied_paths import INSIDE, follow, on_task
 from optimizer.verify import check
 from optimizer.watch import check_stop
 
 Optimum = tuple[float, ArmPoint]
-Solver = Callable[[ArmPoint], list[Optimum]]
-"""A local solve: the usable optimum reached from a start, or nothing."""
+Solver = Callable[[Cell, ArmPoint, float], list[Optimum]]
+"""A local solve of a cell: the usable optimum reached from a start, or nothing; also nothing where it is sure to cost
+more than the last argument."""
 UNEVEN = 1.4
 """Times the mean weight of the poses looked at; steady tasks of one weight stay below."""
 CHEAPER = 0.99
 """A candidate that costs less than this share of the best optimum has been changed much on its way there."""
 SAME_OBJECTIVE = 1e-6
 """Relative; optima nearer than that are one."""
+SAME_COST = 1e-4
+"""Relative; candidates of arms with joints without end that cost the same and break nothing are one optimum in several
+guises, for yaw and joints may turn against each other there at no cost."""
+FOLLOWED_WORK = 4000
+"""Poses of followed paths that are brought to their optimum, over all paths."""
 ROUNDS = 3
 """Rounds with other seeds while nothing usable is found."""
 
@@ -70,19 +86,39 @@ def search_unreduced(
     deadline: float,
     solve: Solver,
     parameters: UnreducedParameters = PARAMETERS,
+    known: float = np.inf,
 ) -> UnreducedSearch:
     """Search the unreduced problem of one arm.
 
     Args:
         cell: task and step limit. arm: the arm. box: (3, 2) m from `optimizer.box.search_box`.
         seed: of the draws. deadline: `time.perf_counter` value, soft.
-        solve: polishes a candidate. parameters: of the stages.
+        solve: polishes a candidate, on the cell or on a smaller task of it. parameters: of the stages.
+        known: objective; what costs more is of no use.
     """
+    nets, held = _Nets(seed, deadline, solve, parameters, known), with_held_poses(cell, arm.dof)
+    if held is None:
+        return _rounds(cell, arm, box, nets)
+    few = _rounds(held.cell, arm, box, nets)
+    search = UnreducedSearch(evaluated=few.evaluated)
+    before = np.inf
+    for objective, point in sorted(few.optima, key=lambda optimum: optimum[0]):
+        if nets.late or len(search.optima) >= parameters.polished:
+            break
+        if objective > before * (1.0 + SAME_OBJECTIVE) or not search.optima:
+            search.optima += solve(cell, held.on_whole(point), known)
+            before = objective
+    enough = search.optima or nets.late or np.isfinite(known)
+    return search if enough else _rounds(cell, arm, box, nets)
+
+
+def _rounds(cell: Cell, arm: Arm, box: Floats, nets: _Nets) -> UnreducedSearch:
+    """Rounds with other seeds until something usable is found; one where something is known already."""
     search = UnreducedSearch()
     problem = unreduced_problem(cell, arm, box)
     for round_ in range(ROUNDS):
-        _round(cell, problem, search, _Nets(seed + round_, deadline, solve, parameters))
-        if search.optima or time.perf_counter() > deadline:
+        _round(cell, problem, search, replace(nets, seed=nets.seed + round_))
+        if search.optima or nets.late or np.isfinite(nets.known):
             break
     return search
 
@@ -95,6 +131,7 @@ class _Nets:
     deadline: float
     solve: Solver
     parameters: UnreducedParameters
+    known: float
 
     @property
     def late(self) -> bool:
@@ -139,16 +176,32 @@ def _polish(cell: Cell, problem: UnreducedProblem, search: UnreducedSearch, seed
     """Solve from seeds, best first, while they can lead to something better."""
     endless = bool(np.any(problem.endless))
     most = nets.parameters.polished_endless if endless else nets.parameters.polished
+    worth = nets.parameters.worth
     reached: list[float] = []
-    for k in range(min(2 * most, len(seeds))):
+    order = _one_of_a_kind(problem, seeds, nets.parameters) if endless else range(len(seeds))
+    for k in order[: 2 * most]:
         check_stop()
         point = problem.point(seeds.joints[:, :, k], seeds.bases[k])
-        hopeless = objective_of(cell.task, problem.arm, point.joints) > nets.parameters.worth * search.best
-        if nets.late or _count(reached) >= most or (hopeless and not endless):
+        hopeless = objective_of(cell.task, problem.arm, point.joints) > min(worth * search.best, nets.known)
+        if nets.late or _count(reached) >= most or hopeless:
             break
-        found = nets.solve(point) or _as_it_is(cell, problem, seeds.take(np.array([k])))
+        known = min(nets.parameters.beaten * search.best, nets.known)
+        found = nets.solve(cell, point, known) or _as_it_is(cell, problem, seeds.take(np.array([k])))
         reached += [objective for objective, _ in found] or [np.inf]
         search.optima += found
+
+
+def _one_of_a_kind(problem: UnreducedProblem, seeds: Seeds, parameters: UnreducedParameters) -> list[int]:
+    """Indices of seeds, without those that break nothing and cost what an earlier one does that breaks nothing."""
+    found = figures(problem, seeds, problem.arm.min_conditioning or 0.0)
+    clean = likely(problem, found, parameters) & (found.error < MOVED_ERROR)
+    kept: list[int] = []
+    for k, cost in enumerate(found.cost):
+        lacks = found.lack[k] > 0.0
+        others = [i for i in kept if clean[i] and (found.lack[i] > 0.0) == lacks]
+        if not (clean[k] and any(abs(cost - found.cost[i]) <= SAME_COST * cost for i in others)):
+            kept.append(k)
+    return kept
 
 
 def _count(reached: list[float]) -> int:
@@ -187,4 +240,14 @@ def _follow(cell: Cell, problem: UnreducedProblem, search: UnreducedSearch, nets
     if paths:
         bases = np.array([[*(path.position - problem.origin), path.yaw] for path in paths])
         seeds = Seeds(np.stack([path.joints.T for path in paths], axis=2), bases)
+        if np.any(problem.endless):
+            seeds = _settled_paths(problem, seeds, nets.parameters)
         _polish(cell, problem, search, ranked(problem, seeds, nets.parameters)[0], nets)
+
+
+def _settled_paths(problem: UnreducedProblem, seeds: Seeds, parameters: UnreducedParameters) -> Seeds:
+    """Followed paths, whose bases are where they were drawn, at their optima: the best, as many as are cheap."""
+    most = max(FOLLOWED_WORK // len(problem.positions), parameters.whole_kept)
+    seeds, _ = ranked(problem, seeds, parameters)
+    seeds = settled(problem, seeds.take(np.arange(min(most, len(seeds)))), parameters)
+    return well_conditioned(problem, seeds, parameters)

@@ -10,6 +10,7 @@ import pytest
 
 from models.arm import Arm, BaseRegion, Interval
 from models.cell import Cell
+from models.chain import chain_of
 from models.pose import rotation_about, rotation_z, transform
 from models.task import Task
 from optimizer.box import search_box
@@ -18,6 +19,10 @@ from optimizer.layers import LayeredPath
 from optimizer.measure import objective_of
 from optimizer.search import search_arm
 from optimizer.settings import Settings
+from optimizer.single_arm.redundant.parameters import PARAMETERS
+from optimizer.single_arm.redundant.ranking import figures
+from optimizer.single_arm.redundant.unreduced import _one_of_a_kind
+from optimizer.single_arm.redundant.unreduced_problem import Seeds, unreduced_problem
 from optimizer.single_arm.redundant.varied_paths import varied_paths
 from optimizer.verify import check
 from tests.support.answers import reached
@@ -30,6 +35,9 @@ CASES = [
     ("yumi_left", np.eye(3)),
     ("iiwa14", rotation_about((1.0, 0.2, 0.0), 2.0)),
 ]
+
+DWELL = 1708.8586
+"""What eight times as many seeds find where the dwell counts as one pose with the weight of all."""
 
 
 def found(cell: Cell) -> float:
@@ -81,6 +89,27 @@ def test_small_steps_and_conditioning_are_kept():
 def test_long_tasks_are_solved_on_key_poses_first():
     task = possible("franka_panda", np.random.default_rng(16), poses=150, step=0.004, half=(0.3, 0.3, 0.0, np.pi))
     assert found(task.cell) <= objective_of(task.cell.task, task.arm, task.joints) * (1.0 + 1e-6)
+
+
+def test_a_dwell_does_not_keep_the_base_where_other_poses_are_out_of_reach():
+    cell = possible("xarm7", np.random.default_rng([5, 2]), poses=8, step=0.15, half=(1.0, 1.0, 0.0, np.pi)).cell
+    rows = np.sort(np.append(np.arange(8), np.full(210, 3)))
+    assert found(replace(cell, task=Task(cell.task.poses[rows]))) <= DWELL * (1.0 + 1e-3)
+
+
+def test_one_optimum_in_several_guises_is_solved_once():
+    task = possible("jaco2", np.random.default_rng(18), half=(0.3, 0.3, 0.0, np.pi))
+    problem = unreduced_problem(task.cell, task.arm, search_box(task.cell, task.arm))
+    base = np.array([*(task.position - problem.origin), task.yaw])
+    sigma = chain_of(task.arm.robot).vertical_sign
+    guises = []
+    for turn in (0.0, 1.0, 2.5):
+        joints = task.joints.T + sigma * turn * np.eye(task.arm.dof)[0][:, None]
+        guises.append(Seeds(joints[:, :, None], (base - [0.0, 0.0, 0.0, turn])[None]))
+    off_the_task = Seeds(guises[0].joints, guises[0].bases + 0.01)
+    seeds = guises[0].join(guises[1]).join(guises[2]).join(off_the_task)
+    assert np.all(figures(problem, seeds).error[:3] < 1e-6)
+    assert _one_of_a_kind(problem, seeds, PARAMETERS) == [0, 3]
 
 
 def real(cell: Cell, arm: Arm, path: LayeredPath) -> None:

@@ -23,9 +23,9 @@ from bench.trial import WORSE, Answer, append, ask, table
 from models.cell import Cell
 from optimizer.layout import Layout
 from optimizer.settings import Settings
-from service.accept import accept
 from service.convert import cell_of, settings_of
 from service.library import Library
+from service.requests.accept import accept
 from service.schemas.request import LayoutRequest
 from service.settings import Settings as ServiceSettings
 from service.urdf_on_disk import robot_on_disk

@@ -24,6 +24,7 @@ from service.jobs.jobs import Capacity, Jobs
 from service.keys import keyring
 from service.library import Library
 from service.middleware import stack
+from service.requests.acceptance import Acceptance
 from service.robots import load_catalogue, take_catalogue
 from service.settings import Settings
 from service.store.job_store import JobStore
@@ -74,8 +75,9 @@ def create_app(
         metrics.watch(workers=runs_on.alive, queued=lambda: jobs.waiting, running=lambda: jobs.running)
         intake = Intake(settings.upload_time_limit, settings.max_uploads)
         monitor = Monitor(runs_on, settings.self_test_every)
+        acceptance = Acceptance(settings)
         evaluations = Evaluations(runs_on, limit=settings.evaluate_limit, most=settings.max_evaluations)
-        app.state.duocell = State(settings, jobs, evaluations, monitor, Library(settings.data_dir), intake)
+        app.state.duocell = State(settings, jobs, acceptance, evaluations, monitor, Library(settings.data_dir), intake)
         background = [asyncio.create_task(monitor.watch()), asyncio.create_task(_load_robots(monitor))]
         try:
             yield
@@ -84,6 +86,7 @@ def create_app(
                 task.cancel()
             await asyncio.gather(*background, return_exceptions=True)
             await jobs.close(settings.drain)
+            await acceptance.stop()
             await asyncio.to_thread(intake.stop)
             await runs_on.stop()
 

@@ -9,11 +9,11 @@ from datetime import UTC, datetime
 from typing import Any
 
 from models.errors import DuocellError
-from service.accept import accept_evaluation
 from service.cli import Exit
 from service.cli_input import complain, library_from, read
 from service.cli_solve import check_writable, exit_code, show
 from service.issues import InvalidRequest, Issue
+from service.requests.accept import accept_evaluation
 from service.resources import solved_here
 from service.settings import Settings
 from service.validation.strict_json import NotJson, parse

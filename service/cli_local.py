@@ -11,10 +11,10 @@ from datetime import UTC, datetime
 from typing import Any
 
 from optimizer.watch import Cancelled, watching
-from service.accept import Accepted
 from service.cli import Exit
 from service.cli_progress import display
 from service.library import Library
+from service.requests.accept import Accepted
 from service.resources import solved_here
 from service.workers.executor import Report
 from service.workers.pool import GRACE, limit_threads

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from models.errors import DuocellError
-from service.accept import accept
 from service.cli import Exit
 from service.cli_input import complain, library_from, read
 from service.issues import InvalidRequest, Issue
+from service.requests.accept import accept
 from service.settings import Settings
 from service.validation.strict_json import NotJson, parse
 

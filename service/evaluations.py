@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from service.accept import Accepted
 from service.problems import Problem
+from service.requests.accept import Accepted
 from service.workers.executor import Executor, SolveFailed
 from service.workers.worker import Answer
 

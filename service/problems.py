@@ -66,6 +66,9 @@ KINDS: dict[str, Kind] = {
     "error": Kind(500, "An error of the service", "Tell the operator; the log has the details."),
     "internal": Kind(500, "An error of the service", "Tell the operator; the log has the details."),
     "solver-failure": Kind(500, "An engine broke down", "Tell the operator; the log has the details."),
+    "acceptance-failed": Kind(
+        503, "The request could not be read in time", "Try again after the seconds of Retry-After; send less at a time."
+    ),
     "evaluation-failed": Kind(
         503, "The layout could not be evaluated", "Try again; if it took too long, send fewer poses or coarser shapes."
     ),

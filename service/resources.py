@@ -6,9 +6,9 @@ import json
 from datetime import datetime
 from typing import Any
 
-from service.accept import Accepted
 from service.jobs.job import Job, JobStatus
 from service.older_results import completed
+from service.requests.accept import Accepted
 
 
 def layout_text(job: Job) -> str:

@@ -105,6 +105,7 @@ class Settings(Limits, Access, Logging):
     database_url: SecretStr | None = Field(
         default=None, description="PostgreSQL, postgresql://user:password@host/name; left out: SQLite in the data_dir"
     )
+    accept_limit: float = Field(default=10.0, gt=0.0, description="s that reading and checking a request may take")
     evaluate_limit: float = Field(default=20.0, gt=0.0, description="s before an evaluation is given up")
     max_evaluations: int = Field(default=16, ge=1, description="evaluations at the same time, waiting ones included")
     grace: float = Field(default=10.0, gt=0.0, description="s beyond the soft limits before a solve is stopped")

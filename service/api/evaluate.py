@@ -5,10 +5,8 @@ from __future__ import annotations
 import json
 
 from fastapi import APIRouter, Request
-from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import Response
 
-from service.accept import accept_evaluation
 from service.api.state import StateOf
 from service.body import json_body
 from service.schemas.evaluate import Evaluation
@@ -36,7 +34,7 @@ async def evaluate_layout(request: Request, state: StateOf) -> Response:
     Nothing is stored. A layout that breaks a rule is an answer (`outcome: infeasible` with reasons), not an error.
     """
     body = await json_body(request, state.settings.max_body)
-    accepted = await run_in_threadpool(accept_evaluation, body, state.settings, state.library)
+    accepted = await state.acceptance.evaluation(body)
     answer = await state.evaluations.evaluate(accepted)
     name = json.dumps(accepted.name, ensure_ascii=False)
     text = f'{{"name":{name},"request":{accepted.text},"result":{answer.text}}}'

@@ -6,10 +6,8 @@ from typing import Annotated, Literal
 from urllib.parse import urlencode
 
 from fastapi import APIRouter, Query, Request
-from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import JSONResponse, Response
 
-from service.accept import accept
 from service.api.state import StateOf
 from service.body import json_body
 from service.cursor import decode, encode
@@ -55,7 +53,7 @@ async def create_layout(request: Request, state: StateOf) -> Response:
     """
     key = idempotency_key(request.headers.getlist("idempotency-key"))
     body = await json_body(request, state.settings.max_body)
-    accepted = await run_in_threadpool(accept, body, state.settings, state.library)
+    accepted = await state.acceptance.layout(body)
     job = await state.jobs.submit(accepted, client_of(request), key)
     wait = preferred_wait(request.headers.getlist("prefer"), state.settings.max_wait)
     headers = {}

@@ -11,6 +11,7 @@ from service.evaluations import Evaluations
 from service.intake import Intake
 from service.jobs.jobs import Jobs
 from service.library import Library
+from service.requests.acceptance import Acceptance
 from service.settings import Settings
 from service.workers.health import Monitor
 
@@ -21,6 +22,7 @@ class State:
 
     settings: Settings
     jobs: Jobs
+    acceptance: Acceptance
     evaluations: Evaluations
     monitor: Monitor
     library: Library

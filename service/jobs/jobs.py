@@ -10,11 +10,11 @@ from collections.abc import AsyncIterator
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
-from service.accept import Accepted
 from service.jobs.dispatcher import Active, Dispatcher, Rules
 from service.jobs.event_log import EventLog
 from service.jobs.job import Ending, Failure, Job, JobEvent, JobStatus
 from service.jobs.job_errors import AlreadyFinished, Closing, KeyBusy, KeyReused, NotFinished, QueueFull
+from service.requests.accept import Accepted
 from service.store.job_store import JobFilter, JobStore, KeyTaken, StoreUnavailable
 from service.workers.executor import Executor
 

@@ -54,10 +54,10 @@ class Answer(NamedTuple):
 
 
 class Run(NamedTuple):
-    """To a worker: call ``function(*arguments)``, which returns an `Answer`."""
+    """To a worker: call ``function(*arguments)``, which returns plain data: an `Answer` if it solves."""
 
     number: int
-    function: Callable[..., Answer]
+    function: Callable[..., Any]
     arguments: tuple[Any, ...]
 
 
@@ -76,13 +76,13 @@ class Told(NamedTuple):
 
 
 class Done(NamedTuple):
-    """From a worker: the run of this number has ended. Number 0: the worker is warm."""
+    """From a worker: the run of this number has ended; what its function returned. Number 0: the worker is warm."""
 
     number: int
-    answer: Answer
+    answer: Any
 
 
-def main(channel: socket.socket) -> None:
+def main(channel: socket.socket, tested: bool = True) -> None:
     """The life of a worker: warm up, then one run after the other until the server is gone."""
     logs.configure()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C in a terminal is meant for the server
@@ -90,7 +90,7 @@ def main(channel: socket.socket) -> None:
     stops: set[int] = set()
     threading.Thread(target=_listen, args=(channel, runs, stops), name="listen", daemon=True).start()
     try:
-        send(channel, Done(0, self_test()))
+        send(channel, Done(0, self_test() if tested else Answer("")))
         while True:
             run = runs.get()
             answer = _carry_out(run, channel, stops)
@@ -114,7 +114,7 @@ def _listen(channel: socket.socket, runs: queue.SimpleQueue[Run], stops: set[int
         os._exit(0)
 
 
-def _carry_out(run: Run, channel: socket.socket, stops: set[int]) -> Answer:
+def _carry_out(run: Run, channel: socket.socket, stops: set[int]) -> Any:
     """One run, followed and stopped through the channel."""
     from service.workers.reports import Reports
 

@@ -12,7 +12,7 @@ import socket
 from collections.abc import Callable
 from itertools import count
 from multiprocessing.context import ForkServerContext, ForkServerProcess
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 from service.workers import worker
 from service.workers.executor import Report, WorkerDied
@@ -20,6 +20,8 @@ from service.workers.messages import frame, next_message
 from service.workers.worker import Answer, Done, Run, Stop, Told
 
 log = logging.getLogger(__name__)
+
+Made = TypeVar("Made")
 
 PRELOAD = "service.workers.preload"
 
@@ -46,15 +48,19 @@ class WorkerProcess:
         self.pid = process.pid
         self._writer = writer
         self._number = 0
-        self._reply: asyncio.Future[Answer] = asyncio.get_running_loop().create_future()
+        self._reply: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
         self._report: Report | None = None
         self.ended: asyncio.Task[int] = asyncio.create_task(self._attend(reader))
 
     @classmethod
-    async def start(cls) -> Self:
-        """Start a process; it is not warm yet."""
+    async def start(cls, *, tested: bool = True) -> Self:
+        """Start a process; it is not warm yet.
+
+        Args:
+            tested: whether it begins with a self-test; what solves should.
+        """
         ours, theirs = socket.socketpair()
-        process = context().Process(target=worker.main, args=(theirs,), name="duocell-worker", daemon=True)
+        process = context().Process(target=worker.main, args=(theirs, tested), name="duocell-worker", daemon=True)
         try:
             await asyncio.to_thread(process.start)
         except BaseException:
@@ -70,17 +76,16 @@ class WorkerProcess:
         return not self.ended.done()
 
     async def warm(self) -> Answer:
-        """The answer of the self-test that every worker begins with.
+        """The answer of the self-test that a worker begins with, an empty one without it.
 
         Raises:
             WorkerDied: it did not survive it.
         """
-        return await asyncio.shield(self._reply)
+        answer: Answer = await asyncio.shield(self._reply)
+        return answer
 
-    def begin(
-        self, function: Callable[..., Answer], arguments: tuple[Any, ...], report: Report
-    ) -> asyncio.Future[Answer]:
-        """Have a function called; the answer, or `WorkerDied`, will be in the future."""
+    def begin(self, function: Callable[..., Made], arguments: tuple[Any, ...], report: Report) -> asyncio.Future[Made]:
+        """Have a function called; what it returns, or `WorkerDied`, will be in the future."""
         self._number, self._report = next(_numbers), report
         self._reply = asyncio.get_running_loop().create_future()
         if self.alive:

@@ -17,9 +17,9 @@ import pytest
 from models import catalogue
 from models.closed_form import closed_form
 from optimizer.optimize import optimize
-from service.accept import accept, accept_evaluation
 from service.cli import main, parser
 from service.convert import cell_of, settings_of
+from service.requests.accept import accept, accept_evaluation
 from service.schemas.request import EXAMPLE, LayoutRequest
 from service.settings import Settings
 from service.validation import validate

@@ -20,8 +20,8 @@ from optimizer.layout import Certificate, Layout, Outcome, Search
 from optimizer.optimize import optimize
 from optimizer.prove import against
 from optimizer.settings import CertificateSettings, Settings
-from service.accept import accept
 from service.convert import cell_of
+from service.requests.accept import accept
 from service.schemas.request import LayoutRequest
 from service.settings import Settings as ServiceSettings
 from tests.support.acceptance import load

@@ -14,10 +14,10 @@ from models.arm import range_weights
 from models.catalogue import robot
 from models.posture import Posture
 from optimizer.penalty import METHODS
-from service.accept import accept
 from service.convert import cell_of, settings_of
 from service.issues import InvalidRequest
 from service.library import Library
+from service.requests.accept import accept
 from service.schemas.request import Baseline, LayoutRequest
 from service.settings import Limits
 from service.user_robot import UserRobot

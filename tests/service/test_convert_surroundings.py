@@ -13,10 +13,10 @@ from models.floor import POINT
 from models.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
 from models.surroundings import Clearances
 from optimizer.settings import ToleranceSettings
-from service.accept import accept
 from service.convert import cell_of, joints_of, settings_of
 from service.issues import InvalidRequest
 from service.library import Library
+from service.requests.accept import accept
 from service.schemas.evaluate import EVALUATE_EXAMPLE, EvaluateRequest
 from service.schemas.request import LayoutRequest
 from service.settings import Limits

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from service.accept import hash_of
+from service.requests.accept import hash_of
 from service.schemas.evaluate import EVALUATE_EXAMPLE
 from service.workers.executor import SolveFailed
 

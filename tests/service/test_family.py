@@ -13,12 +13,12 @@ import pytest
 
 from models.pose import rotation_from_rpy, transform
 from optimizer.optimize import optimize
-from service.accept import accept
 from service.cli_tables import print_layout
 from service.convert import cell_of, settings_of
 from service.documents import result_document
 from service.figure import draw_layout
 from service.issues import InvalidRequest
+from service.requests.accept import accept
 from service.schemas.request import LayoutRequest
 from service.schemas.result import LayoutResult
 from service.schemas.task import ARC, JOBS, LINE

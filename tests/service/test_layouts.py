@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from service.accept import hash_of
 from service.keys import hash_line, new_key
+from service.requests.accept import hash_of
 from service.workers.executor import SolveFailed
 
 Document = dict[str, Any]

@@ -21,9 +21,9 @@ from scipy.spatial import cKDTree
 from models.links import LinkBody
 from models.robot import Robot
 from models.shapes import Body, HalfSpace
-from service.accept import accept
 from service.library import Library
 from service.mesh_intake import mesh_from_file
+from service.requests.accept import accept
 from service.robot_intake import RobotFiles, robot_from_files
 from service.settings import Limits, Settings
 from service.shelf import Shelf

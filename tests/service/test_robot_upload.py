@@ -15,9 +15,9 @@ import trimesh
 from fastapi.testclient import TestClient
 
 from models import catalogue
-from service.accept import accept
 from service.app import create_app
 from service.library import Library
+from service.requests.accept import accept
 from service.settings import Settings
 from service.workers.solving import solve_request
 from tests.service.conftest import FakeExecutor

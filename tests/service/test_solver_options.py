@@ -9,8 +9,8 @@ import casadi
 import pytest
 
 from optimizer import solve
-from service.accept import accept
 from service.issues import InvalidRequest
+from service.requests.accept import accept
 from service.schemas.request import EXAMPLE
 from service.settings import Settings
 from service.workers.solving import solve_request

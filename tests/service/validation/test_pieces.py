@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from service.accept import accept
 from service.issues import InvalidRequest
 from service.library import Library
+from service.requests.accept import accept
 from service.schemas.request import EXAMPLE
 from service.settings import Limits
 from service.user_mesh import UserMesh, mesh_document

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from service.accept import accept, accept_evaluation
 from service.issues import InvalidRequest
+from service.requests.accept import accept, accept_evaluation
 from service.schemas.evaluate import EVALUATE_EXAMPLE
 from service.schemas.request import EXAMPLE
 from service.schemas.task import ARC_END, ARC_START, LINE

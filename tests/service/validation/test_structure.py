@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from service.accept import accept, accept_evaluation
 from service.error_handlers import as_problem
 from service.issues import InvalidRequest
 from service.problems import response
+from service.requests.accept import accept, accept_evaluation
 from service.schemas.evaluate import EVALUATE_EXAMPLE
 from service.schemas.request import EXAMPLE
 from service.settings import Limits

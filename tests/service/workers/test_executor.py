@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from service.accept import accept
+from service.requests.accept import accept
 from service.schemas.request import EXAMPLE
 from service.settings import Settings
 from service.workers.executor import SolveFailed, Task, WorkerDied

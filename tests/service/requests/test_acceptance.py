@@ -1,0 +1,72 @@
+"""Large bodies are read in processes that end when they take too long; small ones, and all answers, are as before."""
+
+import asyncio
+import copy
+import json
+from pathlib import Path
+
+import pytest
+
+from service.issues import InvalidRequest
+from service.problems import Problem
+from service.requests.accept import accept
+from service.requests.acceptance import SMALL, Acceptance
+from service.schemas.request import EXAMPLE
+from service.settings import Limits, Settings
+from service.validation.strict_json import NotJson
+
+POSE = {"position": [0.8, 0.4, 0.1], "orientation": {"quaternion": [0.0, 0.0, 0.0, 1.0]}}
+
+
+def body_of(poses: int) -> bytes:
+    request = copy.deepcopy(EXAMPLE)
+    request["task"] = {"poses": [POSE] * poses}
+    return json.dumps(request).encode()
+
+
+LARGE = body_of(1000)
+assert len(LARGE) > SMALL
+
+
+def test_small_bodies_are_read_here(tmp_path: Path) -> None:
+    async def scenario() -> None:
+        acceptance = Acceptance(Settings(data_dir=tmp_path))
+        body = json.dumps(EXAMPLE).encode()
+        assert await acceptance.layout(body) == accept(body, Limits())
+        assert not acceptance._processes
+
+    asyncio.run(scenario())
+
+
+def test_large_bodies_are_answered_alike_from_a_process_that_is_kept(tmp_path: Path) -> None:
+    async def scenario() -> None:
+        acceptance = Acceptance(Settings(data_dir=tmp_path))
+        try:
+            assert await acceptance.layout(LARGE) == accept(LARGE, Limits())
+            (process,) = acceptance._processes
+            with pytest.raises(NotJson, match="line 1"):
+                await acceptance.layout(b"{" + b" " * SMALL)
+            with pytest.raises(InvalidRequest) as refused:
+                await acceptance.layout(LARGE.replace(b'"robot"', b'"robto"'))
+            assert {issue.pointer for issue in refused.value.issues} == {"/arms/0/robto", "/arms/1/robto"}
+            assert acceptance._processes == {process}
+        finally:
+            await acceptance.stop()
+        assert not process.alive
+
+    asyncio.run(scenario())
+
+
+def test_a_body_that_takes_too_long_ends_its_process_and_nothing_else(tmp_path: Path) -> None:
+    async def scenario() -> None:
+        acceptance = Acceptance(Settings(data_dir=tmp_path, accept_limit=0.02))
+        try:
+            with pytest.raises(Problem, match="DUOCELL_ACCEPT_LIMIT") as refused:
+                await acceptance.layout(body_of(5000))
+            assert (refused.value.code, refused.value.headers) == ("acceptance-failed", {"Retry-After": "5"})
+            with pytest.raises(NotJson):
+                await acceptance.layout(b"[" + b" " * SMALL)
+        finally:
+            await acceptance.stop()
+
+    asyncio.run(scenario())

@@ -5,6 +5,7 @@ A worker so starts in milliseconds, warm, and shares the memory of what is loade
 
 from __future__ import annotations
 
+from service.requests import reading  # noqa: F401  # what reads requests is forked from here too
 from service.workers import worker
 
 worker.self_test()

@@ -8,8 +8,9 @@ from dataclasses import replace
 from models.cell import Cell
 from optimizer.advice import with_advice
 from optimizer.certificate.budget import automatic
+from optimizer.coupled.found import CoupledSearch
 from optimizer.coupled.layout import coupled_layout
-from optimizer.coupled.search import CoupledSearch, search_coupled
+from optimizer.coupled.search import search_coupled
 from optimizer.events import Verified
 from optimizer.infeasibility.immediate.cause import Infeasibility
 from optimizer.infeasibility.immediate.immediate import immediate_infeasibility, refused

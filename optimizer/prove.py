@@ -13,7 +13,7 @@ from models.cell import Cell
 from models.posture import name_signs
 from optimizer.certificate.certify import certify
 from optimizer.certificate.together import prove_together
-from optimizer.coupled.search import CoupledSearch
+from optimizer.coupled.found import CoupledSearch
 from optimizer.layout import ArmCertificate, Certificate
 from optimizer.local import solve_locally
 from optimizer.proof import ArmProof, Incumbent, relative_gap

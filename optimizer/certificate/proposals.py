@@ -11,8 +11,9 @@ import numpy as np
 from models.arrays import Ints
 from models.posture import ALL_SIGNS
 from optimizer.certificate.arm_tree import AloneLayout, ArmTree
+from optimizer.coupled.nearby import nearby
 from optimizer.coupled.scene import Scene
-from optimizer.coupled.sqp.refine import Refined, nearby, refine
+from optimizer.coupled.sqp.refine import Refined, refine
 from optimizer.program import ArmPoint
 from optimizer.progress.incumbents import layout_found
 from optimizer.reduced import evaluate_signed

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from models.cell import Cell
+from optimizer.coupled.found import CoupledSearch
 from optimizer.coupled.report import alternatives, clearances_of, explain, placements_of
 from optimizer.coupled.scene import Scene
-from optimizer.coupled.search import CoupledSearch
 from optimizer.layout import Certificate, Layout, Outcome
 from optimizer.measure import jobs_of
 from optimizer.prove import against

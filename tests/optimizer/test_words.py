@@ -14,8 +14,8 @@ from bench.kept_requests import kept
 from models.coupling import Distance
 from models.shapes import Body, Box
 from models.surroundings import Clearances, Surroundings
+from optimizer.coupled.found import CoupledSearch
 from optimizer.coupled.layout import coupled_layout
-from optimizer.coupled.search import CoupledSearch
 from optimizer.layout import Certificate, Layout, Outcome, Search
 from optimizer.optimize import optimize
 from optimizer.prove import against

@@ -17,16 +17,35 @@ from optimizer.coupled.candidates.placements import Placements
 from optimizer.coupled.scene import LIMITS, Scene
 from optimizer.watch import check_stop
 
-WINDOWS = (48, 192, 768, 2048)
-"""Where arms share no tied unknown: so many of the cheapest placements of each are paired, then of more and more."""
-BLOCK, MOST = 2048, 200_000
-"""Pairs looked at together; pairs of all that are looked at."""
+MOST = 200_000
+"""Pairs that are looked at at most."""
 REGION, OF_REGION = 0.12, 2
 """m; layouts in the same postures whose bases are in the same cubes of this side are alike: so many are kept."""
 ALONE = 400
 """Usable placements of an arm that is alone in its cell."""
-WORTH = 1.5
-"""Once a clean layout is known, what costs this much more than the cheapest of them is left out."""
+
+
+@dataclass(frozen=True, slots=True)
+class Effort:
+    """How far pairs are looked through.
+
+    Attributes:
+        wanted: layouts that lack nothing after which no more are looked for.
+        windows: where arms share no tied unknown, so many of the cheapest placements of each are paired, then of more
+            and more.
+        block: pairs looked at together.
+        worth: once a clean layout is known, what costs this much more than the cheapest of them is left out.
+    """
+
+    wanted: int
+    windows: tuple[int, ...]
+    block: int
+    worth: float = 1.5
+
+
+FULL = Effort(48, (48, 192, 768, 2048), 2048)
+QUICK = Effort(8, (16, 48, 192, 768, 2048), 256)
+"""Where any usable layout will do."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -66,18 +85,14 @@ class Layouts:
 class Extender:
     """Adds one more arm to layouts."""
 
-    def __init__(
-        self, scene: Scene, arms: Sequence[ArmCandidates], ties: LooseTies, wanted: int, worth: float = WORTH
-    ) -> None:
+    def __init__(self, scene: Scene, arms: Sequence[ArmCandidates], ties: LooseTies, effort: Effort) -> None:
         """Get ready.
 
         Args:
             scene: of the cell. arms: candidates of the arms so far and of the one to be added.
-            ties: what samples do not keep by themselves, as far as it concerns these arms. wanted: clean layouts.
-            worth: see `WORTH`.
+            ties: what samples do not keep by themselves, as far as it concerns these arms. effort: where to end.
         """
-        self._scene, self._arms, self._ties, self._wanted = scene, arms, ties, wanted
-        self._worth = worth
+        self._scene, self._arms, self._ties, self._effort = scene, arms, ties, effort
         self._pairs: list[SomePairs | None] = [_between(scene, other, len(arms) - 1) for other in range(len(arms) - 1)]
 
     def extended(self, layouts: Layouts) -> Layouts:
@@ -92,7 +107,9 @@ class Extender:
         clean, best, looked = 0, np.inf, 0
         for k, j, cost in self._pairs_by_cost(layouts, added):
             check_stop()
-            if clean >= self._wanted or looked >= MOST or (len(cost) and cost[0] > self._worth * best):
+            if clean >= self._effort.wanted or looked >= MOST:
+                break
+            if len(cost) and cost[0] > self._effort.worth * best:
                 break
             looked += len(k)
             found = self._looked_at(layouts, added, k, j, counts)
@@ -115,7 +132,7 @@ class Extender:
             yield from self._sorted(layouts, added, k, j)
             return
         done = 0
-        for window in WINDOWS:
+        for window in self._effort.windows:
             ahead = self._ahead(layouts, window)
             rows = np.arange(min(window, len(added))) if self._stay_untested else added.usable(window)
             k, j = np.meshgrid(np.arange(len(ahead)), np.arange(len(rows)), indexing="ij")
@@ -148,8 +165,8 @@ class Extender:
         near, more = self._ties.near(bases)
         k, j, cost = k[near], j[near], cost[near] + more[near]
         order = np.argsort(cost, kind="stable")[:MOST]
-        for at in range(0, len(order), BLOCK):
-            some = order[at : at + BLOCK]
+        for at in range(0, len(order), self._effort.block):
+            some = order[at : at + self._effort.block]
             yield k[some], j[some], cost[some]
 
     def _looked_at(

@@ -7,7 +7,7 @@ import numpy as np
 from models.arrays import Floats
 from optimizer.box import search_box
 from optimizer.coupled.candidates.candidates import ArmCandidates
-from optimizer.coupled.candidates.extender import WORTH, Extender, Layouts, first_layouts
+from optimizer.coupled.candidates.extender import FULL, Effort, Extender, Layouts, first_layouts
 from optimizer.coupled.candidates.followed import Followed
 from optimizer.coupled.candidates.loose import LooseTies
 from optimizer.coupled.candidates.placement_filter import PlacementFilter
@@ -16,19 +16,17 @@ from optimizer.coupled.candidates.unknowns import TiedUnknowns
 
 POSITIONS = {0: 1, 1: 200, 2: 1500, 3: 3000}
 """Base positions of the first full round, by number of free coordinates of an arm; each has eight postures."""
-WANTED = 48
-"""Layouts that lack nothing after which no more are looked for."""
 
 
 def sample_layouts(
-    followed: Followed, density: float, seed: int, worth: float = WORTH, closely: bool = False
+    followed: Followed, density: float, seed: int, effort: Effort = FULL, closely: bool = False
 ) -> tuple[Layouts, int]:
     """Layouts that do not surely lack anything, those without any shortfall first; and how many placements were tried.
 
     Args:
         followed: the cell.
         density: how many times `POSITIONS`. seed: of the samples.
-        worth: once a clean layout is known, what costs so many times as much is left out.
+        effort: how far pairs of placements are looked through.
         closely: take only placements that their arm can follow all the way between the poses.
     """
     scene, problems = followed.scene, followed.problems
@@ -45,7 +43,7 @@ def sample_layouts(
         if layouts is None:
             layouts = first_layouts(arms[0], ties, len(problems) == 1)
         else:
-            layouts = Extender(scene, arms, ties, WANTED, worth).extended(layouts)
+            layouts = Extender(scene, arms, ties, effort).extended(layouts)
         if not len(layouts):
             break
     tried = sum(

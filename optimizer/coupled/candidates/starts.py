@@ -11,8 +11,8 @@ import numpy as np
 from models.arrays import Ints
 from optimizer.coupled.candidates.extender import Layouts
 from optimizer.coupled.candidates.followed import Followed
+from optimizer.coupled.nearby import nearby
 from optimizer.coupled.scene import LIMITS
-from optimizer.coupled.sqp.refine import nearby
 from optimizer.program import ArmPoint
 from optimizer.watch import check_stop
 

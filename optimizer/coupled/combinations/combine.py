@@ -12,8 +12,9 @@ from models.arrays import Floats
 from models.cell import Cell
 from optimizer.coupled.combinations.place_tied import tied
 from optimizer.coupled.combinations.pool import Member, Pool
+from optimizer.coupled.nearby import nearby
 from optimizer.coupled.scene import LIMITS, Scene
-from optimizer.coupled.sqp.refine import nearby, price_of
+from optimizer.coupled.sqp.refine import price_of
 from optimizer.program import ArmPoint
 from optimizer.reduced import ReducedProblem
 from optimizer.watch import check_stop

@@ -11,7 +11,7 @@ from bench.acceptance_search import case
 from bench.random_arms.draw import draw
 from models.wrist_singularity import wrist_distance
 from optimizer.box import search_box
-from optimizer.coupled.search import CoupledSearch
+from optimizer.coupled.found import CoupledSearch
 from optimizer.prove import prove
 from optimizer.search import search_arm
 from optimizer.settings import CertificateSettings, Settings

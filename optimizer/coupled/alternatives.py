@@ -1,0 +1,62 @@
+"""Layouts in other places or postures than the best one, for whom that does not suit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from models.posture import ALL_SIGNS
+from optimizer.coupled.candidates.extender import FULL
+from optimizer.coupled.candidates.followed import Followed
+from optimizer.coupled.candidates.layouts import sample_layouts
+from optimizer.coupled.candidates.starts import Start, starts_of
+from optimizer.coupled.found import CoupledSearch
+from optimizer.coupled.nearby import nearby
+from optimizer.coupled.refinements import Terms
+from optimizer.coupled.scene import Scene
+from optimizer.coupled.sqp.refine import price_of, refine
+from optimizer.program import ArmPoint
+from optimizer.reduced import ReducedProblem
+
+APART, ELSEWHERE = 0.3, 6
+"""m; starts this near to what is known in the same postures are no alternatives; refinements per alternative, twice."""
+OTHERS = 6
+"""Starts that do not keep everything, of every look."""
+
+
+def look_elsewhere(scene: Scene, search: CoupledSearch, problems: Sequence[ReducedProblem], terms: Terms) -> None:
+    """Look for as many more layouts as are asked for, whatever they cost."""
+    wanted = terms.settings.alternatives
+    starts: list[Start] = []
+    for some in (problems, *_in_other_postures(problems, search.found[0].points)):
+        followed = Followed.of(scene, some)
+        layouts, tried = sample_layouts(followed, 1.0, terms.settings.seed, replace(FULL, worth=np.inf))
+        starts += starts_of(followed, layouts, ELSEWHERE * wanted, OTHERS, APART)
+        search.candidates += tried
+    starts.sort(key=lambda start: (not start.clean, start.score(price_of(scene.cell))))
+    tried_points: list[Sequence[ArmPoint]] = [one.points for one in search.found]
+    for start in starts:
+        if len(search.found) > wanted or len(tried_points) > ELSEWHERE * wanted:
+            return
+        if terms.late:
+            search.finished = False
+            return
+        if any(nearby(start.points, points, APART) for points in tried_points):
+            continue
+        search.starts += 1
+        refined = refine(scene, start.points, terms.deadline, ())
+        tried_points += [start.points, refined.points]
+        if refined.clean:
+            search.keep(refined)
+
+
+def _in_other_postures(
+    problems: Sequence[ReducedProblem], points: Sequence[ArmPoint]
+) -> Iterator[list[ReducedProblem]]:
+    """The problems with one of the arms in any posture but that of its point."""
+    for index, (problem, point) in enumerate(zip(problems, points, strict=True)):
+        postures = problem.postures & np.array([signs != point.signs for signs in ALL_SIGNS])
+        if np.any(postures):
+            yield [*problems[:index], replace(problem, postures=postures), *problems[index + 1 :]]

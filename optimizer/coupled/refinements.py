@@ -1,0 +1,122 @@
+"""Which starts of a coupled search are refined, and what becomes of them."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from optimizer.coupled.candidates.starts import Start
+from optimizer.coupled.found import SAME_COST, CoupledSearch
+from optimizer.coupled.nearby import nearby
+from optimizer.coupled.scene import LIMITS, Scene
+from optimizer.coupled.sqp.refine import Refined, price_of, refine
+from optimizer.events import Started
+from optimizer.program import ArmPoint
+from optimizer.settings import Settings
+from optimizer.solve import SolveStatus
+from optimizer.watch import tell
+
+TRIED = 6
+"""Of the clean starts, so many are checked as they are for a first usable layout."""
+IDLE = 4
+"""How many refinements in a row may lead to nothing better than a clean layout that is known, where no alternatives are
+asked for."""
+WORTH = 1.25
+"""Starts whose score is this much above the best clean layout are not worth a refinement."""
+BESIDE = 0.06
+"""m; a start this near to a better layout in the same postures is not worth a refinement either."""
+HOPELESS = 5e-3
+"""m; what lacks more at its poses needs no look at the way between them."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Terms:
+    """What a search is given.
+
+    Attributes:
+        settings: seed and number of alternatives. deadline: `time.perf_counter` value, soft.
+        report: told what is being done and the share of it that is done.
+    """
+
+    settings: Settings
+    deadline: float
+    report: Callable[[str, float], None] = lambda what, share: None
+
+    @property
+    def late(self) -> bool:
+        """True if the time is over."""
+        return time.perf_counter() > self.deadline
+
+
+def as_it_is(scene: Scene, points: Sequence[ArmPoint]) -> Refined:
+    """A layout with the full check of its way, which is spared where its poses alone are far from clean."""
+    objective = scene.objective(points)
+    lack = max(scene.tie_lack(points), scene.floor_lack(points), float(scene.contact_lacks([points])[0]))
+    if lack > HOPELESS:
+        return Refined(tuple(points), objective, lack, False, None, 0)
+    clearance = scene.certify(points)
+    clean = lack <= LIMITS and clearance.clear and clearance.limit_excess <= LIMITS
+    short = max((one.required - one.distance for one in clearance.classes if not one.clear), default=lack)
+    return Refined(tuple(points), objective, max(lack, short), clean, clearance, 0)
+
+
+def first_usable(scene: Scene, search: CoupledSearch, starts: Sequence[Start]) -> None:
+    """Take over the cheapest of some starts that passes every check as it is."""
+    for start in [one for one in starts if one.clean][:TRIED]:
+        if search.keep(as_it_is(scene, start.points)):
+            return
+
+
+def refine_all(scene: Scene, search: CoupledSearch, starts: Sequence[Start], terms: Terms) -> None:
+    """Refine what can lead to something better than what is known, until `IDLE` starts in a row did not."""
+    idle = IDLE if terms.settings.alternatives == 0 else len(starts)
+    price, in_vain = price_of(scene.cell), 0
+    ends: list[Refined] = []
+    clean_ones: list[Refined] = []
+    for number, start in enumerate(starts):
+        if terms.late:
+            search.finished = False
+            return
+        if in_vain >= idle:
+            return
+        if not _promising(clean_ones, search, start, price):
+            continue
+        terms.report("refining", number / len(starts))
+        known = search.best
+        beat = known.objective if known is not None and idle < len(starts) else np.inf
+        refined = _refined(scene, search, start, terms.deadline, ends, beat)
+        search.keep(refined)
+        if refined.clean:
+            clean_ones.append(refined)
+        in_vain = 0 if known is None or _is_better(search, refined, known) else in_vain + 1
+
+
+def _refined(
+    scene: Scene, search: CoupledSearch, start: Start, deadline: float, ends: list[Refined], beat: float
+) -> Refined:
+    """Where a start leads, which is noted among the ``ends``; itself where the way down loses what it keeps."""
+    search.starts += 1
+    refined = refine(scene, start.points, deadline, ends, beat)
+    ends.append(refined)
+    status = SolveStatus.OPTIMAL if refined.clean else SolveStatus.INFEASIBLE
+    tell(Started("", search.starts, status.value, refined.objective if refined.clean else None, refined.rounds))
+    worth = search.best is None or start.objective < search.best.objective
+    return as_it_is(scene, start.points) if not refined.clean and start.clean and worth else refined
+
+
+def _is_better(search: CoupledSearch, refined: Refined, known: Refined) -> bool:
+    """True if a refinement led to a best layout that is noticeably cheaper than the one before."""
+    return search.best is refined and not refined.objective > (1.0 - SAME_COST) * known.objective
+
+
+def _promising(refined: Sequence[Refined], search: CoupledSearch, start: Start, price: float) -> bool:
+    """False for starts that are far worse than the best layout, or next to a refined one that they do not better."""
+    if search.best is None:
+        return True
+    known = any(nearby(start.points, one.points, BESIDE) and start.objective > one.objective for one in refined)
+    if start.clean:
+        return not known and start.objective <= WORTH * search.best.objective
+    return not known and start.objective < search.best.objective

@@ -1,0 +1,133 @@
+"""Rounds of starts, ever more of them: sampled layouts for arms with a reduced problem, combined pools for others."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from optimizer.coupled.alternatives import look_elsewhere
+from optimizer.coupled.arms_alone import impossible_alone
+from optimizer.coupled.candidates.extender import FULL, QUICK
+from optimizer.coupled.candidates.followed import Followed
+from optimizer.coupled.candidates.layouts import sample_layouts
+from optimizer.coupled.candidates.polish import polished
+from optimizer.coupled.candidates.short_task import ShortTask
+from optimizer.coupled.candidates.starts import Start, starts_of
+from optimizer.coupled.combinations.combine import combine
+from optimizer.coupled.combinations.pool import alone_scene, pool_of, with_optimum
+from optimizer.coupled.found import CoupledSearch
+from optimizer.coupled.refinements import Terms, first_usable, refine_all
+from optimizer.coupled.scene import Scene
+from optimizer.program import ArmPoint
+from optimizer.reduced import ReducedProblem
+from optimizer.search import ArmSearch
+
+DENSITIES = (0.15, 1.0, 4.0)
+"""Samples of each round, relative to `candidates.layouts.POSITIONS`: the first is to find a usable layout early, the
+last is for cells in which the second finds none, and takes only what can be followed between the poses."""
+CLEAN, OTHERS = 10, 6
+"""Starts of a round that keep everything at the poses, and others."""
+FEW = 3
+"""Clean ones that are measured first where any usable layout will do."""
+ROUNDS = 2
+"""Of arms without a reduced problem, whose candidates are few and looked at closely."""
+SHORT = (40, 160)
+"""Poses that stand for a long task, at first and where nothing is found with these."""
+
+
+def search_short(
+    scene: Scene,
+    search: CoupledSearch,
+    problems: Sequence[ReducedProblem],
+    optimum: tuple[ArmPoint, ...],
+    terms: Terms,
+) -> None:
+    """Search on some of the poses, and refine what is found there on all of them; on more poses if that fails."""
+    for count in SHORT:
+        if len(scene.cell.task) <= count or not search.finished:
+            return
+        short = ShortTask.of(scene, problems, count)
+        inner = CoupledSearch(told=_nobody)
+        search_reduced(short.scene, inner, short.short_problems, short.at_poses(optimum), terms)
+        if inner.found and len(inner.found) <= terms.settings.alternatives:
+            look_elsewhere(short.scene, inner, short.short_problems, terms)
+        search.candidates, search.starts = search.candidates + inner.candidates, search.starts + inner.starts
+        search.finished = inner.finished
+        known = inner.found or [one for one in (inner.nearest,) if one is not None]
+        carried = [short.on_whole(one.points) for one in known]
+        starts = sorted((one for one in carried if one is not None), key=lambda one: (not one.clean, one.objective))
+        _take(scene, search, starts, terms)
+        if search.found:
+            return
+
+
+def search_reduced(
+    scene: Scene,
+    search: CoupledSearch,
+    problems: Sequence[ReducedProblem],
+    optimum: tuple[ArmPoint, ...],
+    terms: Terms,
+) -> None:
+    """Rounds of samples, ever denser: the first until something is usable, the second for what is best."""
+    followed = Followed.of(scene, problems)
+    for round_ in range(len(DENSITIES)):
+        terms.report("sampling layouts", round_ / len(DENSITIES))
+        starts = _sampled(scene, followed, search, round_, terms)
+        if round_ == 0 and search.found:
+            continue
+        if round_ == 0:
+            search.reasons = impossible_alone(scene, problems, terms.deadline)
+            if search.reasons:
+                search.proved = True
+                return
+        if round_ <= 1:
+            starts.append(Start(optimum, scene.objective(optimum), np.inf))
+        _take(scene, search, starts, terms)
+        if (search.found and round_ > 0) or not search.finished:
+            return
+
+
+def _sampled(scene: Scene, followed: Followed, search: CoupledSearch, round_: int, terms: Terms) -> list[Start]:
+    """The starts of one round; in the first one few will do if one of them is usable as it is."""
+    closely = round_ == len(DENSITIES) - 1
+    effort = QUICK if round_ == 0 else FULL
+    layouts, tried = sample_layouts(followed, DENSITIES[round_], terms.settings.seed + round_, effort, closely)
+    search.candidates += tried
+    if round_ == 0:
+        some = starts_of(followed, layouts, FEW, 0)
+        first_usable(scene, search, some)
+        if search.found:
+            return some
+    elif not closely and scene.model is None and scene.cell.surroundings.floor is None:
+        layouts = polished(followed, layouts)
+    return starts_of(followed, layouts, CLEAN, OTHERS)
+
+
+def search_general(scene: Scene, search: CoupledSearch, searches: Sequence[ArmSearch], terms: Terms) -> None:
+    """Rounds of combinations of few candidates per arm, looked at closely."""
+    for round_ in range(ROUNDS):
+        terms.report("combining candidates", round_ / ROUNDS)
+        pools = []
+        for index, arm in enumerate(searches):
+            pool = pool_of(scene, index, arm.problem, round_, terms.settings.seed, terms.deadline)
+            if arm.best is not None:
+                pool = with_optimum(pool, alone_scene(scene.cell, arm.arm), arm.best, arm.objective)
+            pools.append(pool)
+            search.candidates += pool.evaluated
+        combined = combine(scene, pools, [arm.problem for arm in searches], 2**round_, terms.deadline)
+        starts = [Start(one.points, one.objective, one.lack) for one in combined[: CLEAN + OTHERS]]
+        _take(scene, search, starts, terms)
+        if search.found or not search.finished:
+            return
+
+
+def _take(scene: Scene, search: CoupledSearch, starts: Sequence[Start], terms: Terms) -> None:
+    """The first that is usable as it is, then where they lead."""
+    if not search.found:
+        first_usable(scene, search, starts)
+    refine_all(scene, search, starts, terms)
+
+
+def _nobody(points: Sequence[ArmPoint], objective: float) -> None:
+    """Layouts of a task that stands for a longer one are no news."""

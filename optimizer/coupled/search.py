@@ -10,7 +10,6 @@ from optimizer.coupled.alternatives import look_elsewhere
 from optimizer.coupled.candidates.short_task import LONG
 from optimizer.coupled.canonical import CanonicalForm
 from optimizer.coupled.found import CoupledSearch
-from optimizer.coupled.obstructed import obstruction
 from optimizer.coupled.refinements import Terms, as_it_is
 from optimizer.coupled.rounds import search_general, search_reduced, search_short
 from optimizer.coupled.scene import Scene
@@ -43,10 +42,6 @@ def search_coupled(
     """
     form, terms = CanonicalForm.of(cell), Terms(settings, deadline, report)
     search = CoupledSearch(told=lambda points, objective: layout_found(form.back(points), objective))
-    search.reasons = obstruction(cell)
-    if search.reasons:
-        search.proved = True
-        return search
     scene = Scene.of(form.cell)
     _search(scene, search, _in_form(form, searches), terms)
     _polish(scene, search, sum(one.objective for one in searches), terms)

@@ -10,9 +10,9 @@ from models.arm import Arm
 from models.cell import Cell
 from optimizer.coupled.combinations.combine import combine
 from optimizer.coupled.combinations.pool import alone_scene, pool_of, with_optimum
-from optimizer.coupled.obstructed import obstruction
 from optimizer.coupled.scene import LIMITS, Scene
 from optimizer.coupled.sqp.refine import refine
+from optimizer.infeasibility.searched.obstructed import obstruction
 from optimizer.program import ArmPoint
 from optimizer.search import ArmSearch, search_arm
 from optimizer.settings import Settings

@@ -17,10 +17,10 @@ from models.kinematics import characteristic_length
 from models.screws import conditioning_of
 from models.surroundings import PairClass
 from models.wrist_singularity import wrist_shortfall
-from optimizer.coupled.obstructed import part_hits
 from optimizer.coupled.scene import LIMITS, Scene, tie_violation, world_yaw
 from optimizer.coupled.sqp.samples import Samples, sample_path
 from optimizer.infeasibility.requirements import Kind, Requirement, Selection
+from optimizer.infeasibility.searched.obstructed import part_hits
 from optimizer.infeasibility.searched.partial_path import PartialPath
 from optimizer.measure import path_signs
 from optimizer.program import ArmPoint

@@ -12,7 +12,7 @@ from models.pose import transform
 from models.shapes import Body, Box, Sphere
 from models.surroundings import Clearances, Equipment, Part, Pedestal, Surroundings
 from models.task import line
-from optimizer.coupled.obstructed import obstruction
+from optimizer.infeasibility.searched.obstructed import obstruction
 from tests.support.arms import region
 from tests.support.tasks import possible
 

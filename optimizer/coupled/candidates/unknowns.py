@@ -261,50 +261,71 @@ def _term(arm: int, slope: Floats, heading: Floats) -> tuple[int, Floats, float]
     return arm, oriented, float(np.sign(oriented @ direction))
 
 
+_Node = tuple[int, Floats]
+"""A coordinate of an arm's position: number of the arm, direction."""
+_Row = tuple[list[tuple[int, float]], float]
+"""A tie of nodes: number and sign of each, total."""
+
+
 def _merged(
     ties: Sequence[_Tie], boxes: Floats, names: Sequence[str], heading: Floats
 ) -> tuple[Floats, tuple[_Coordinate, ...]]:
     """Bounds of the tied unknowns, and the coordinates that they decide; rows that contradict others are left out."""
-    nodes: list[tuple[int, Floats]] = []
+    nodes, rows = _nodes(ties)
+    bounds: list[list[float]] = []
+    found: dict[int, _Coordinate] = {}
+    for root in _in_order(nodes, names, heading):
+        if root not in found:
+            group = _tied_to(root, len(bounds), nodes, rows)
+            bounds.append(_range(list(group.values()), rows, list(group), boxes))
+            found |= group
+    return np.array(bounds).reshape(-1, 2), tuple(found[number] for number in sorted(found))
 
-    def node(arm: int, direction: Floats) -> int:
+
+def _nodes(ties: Sequence[_Tie]) -> tuple[list[_Node], list[_Row]]:
+    """The coordinates that ties speak of, each once, and the ties as rows of them."""
+    nodes: list[_Node] = []
+
+    def number_of(arm: int, direction: Floats) -> int:
         for number, (other, known) in enumerate(nodes):
             if other == arm and np.allclose(known, direction, rtol=0.0, atol=SAME):
                 return number
         nodes.append((arm, direction))
         return len(nodes) - 1
 
-    rows = [([(node(arm, d), sign) for arm, d, sign in tie.terms], tie.total) for tie in ties]
-    place = {}
-    for number, (arm, direction) in enumerate(nodes):
+    rows = [([(number_of(arm, d), sign) for arm, d, sign in tie.terms], tie.total) for tie in ties]
+    return nodes, rows
+
+
+def _in_order(nodes: Sequence[_Node], names: Sequence[str], heading: Floats) -> list[int]:
+    """Numbers of nodes in an order that no turn of the world and no order of the arms changes."""
+    place = []
+    for arm, direction in nodes:
         angle = float(np.arctan2(heading[0] * direction[1] - heading[1] * direction[0], heading @ direction[:2]))
-        place[number] = abs(direction[2]) > 0.5, round(angle, 6), names[arm]
-    bounds: list[list[float]] = []
-    found: dict[int, _Coordinate] = {}
-    for root in sorted(place, key=lambda number: place[number]):
-        if root in found:
-            continue
-        unknown = len(bounds)
-        found[root] = _Coordinate(*nodes[root], unknown, 1.0, 0.0)
-        members = [root]
-        for number in members:  # grows
-            for pair, total in rows:
-                ends = dict(pair)
-                if len(pair) == 2 and number in ends:
-                    other = next(end for end in ends if end != number)
-                    if other not in found:
-                        turn = ends[number] * ends[other]
-                        here = found[number]
-                        offset = ends[other] * total - turn * here.offset
-                        found[other] = _Coordinate(*nodes[other], unknown, -turn * here.sign, offset)
-                        members.append(other)
-        bounds.append(_range([found[number] for number in members], rows, members, boxes))
-    return np.array(bounds).reshape(-1, 2), tuple(found[number] for number in sorted(found))
+        place.append((bool(abs(direction[2]) > 0.5), round(angle, 6), names[arm]))
+    return sorted(range(len(nodes)), key=lambda number: place[number])
+
+
+def _tied_to(root: int, unknown: int, nodes: Sequence[_Node], rows: Sequence[_Row]) -> dict[int, _Coordinate]:
+    """A node and all that rows tie to it, by their numbers: one unknown, that of the node, decides them."""
+    group = {root: _Coordinate(*nodes[root], unknown, 1.0, 0.0)}
+    waiting = [root]
+    for number in waiting:  # grows
+        for pair, total in rows:
+            ends = dict(pair)
+            others = [end for end in ends if end != number and end not in group]
+            if number in ends and others:
+                here, other = group[number], others[0]
+                turn = ends[number] * ends[other]
+                offset = ends[other] * total - turn * here.offset
+                group[other] = _Coordinate(*nodes[other], unknown, -turn * here.sign, offset)
+                waiting.append(other)
+    return group
 
 
 def _range(
     coordinates: Sequence[_Coordinate],
-    rows: Sequence[tuple[list[tuple[int, float]], float]],
+    rows: Sequence[_Row],
     members: Sequence[int],
     boxes: Floats,
 ) -> list[float]:

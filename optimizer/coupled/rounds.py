@@ -71,10 +71,13 @@ def search_reduced(
 ) -> None:
     """Rounds of samples, ever denser: the first until something is usable, the second for what is best."""
     followed = Followed.of(scene, problems)
+    early: list[Start] = []
     for round_ in range(len(DENSITIES)):
         terms.report("sampling layouts", round_ / len(DENSITIES))
         starts = _sampled(scene, followed, search, round_, terms)
+        starts = sorted([*early, *starts], key=lambda start: (not start.clean, start.objective))
         if round_ == 0 and search.found:
+            early = starts
             continue
         if round_ == 0:
             search.reasons = impossible_alone(scene, problems, terms.deadline)

@@ -107,9 +107,10 @@ class Extender:
         clean, best, looked = 0, np.inf, 0
         for k, j, cost in self._pairs_by_cost(layouts, added):
             check_stop()
-            if clean >= self._effort.wanted or looked >= MOST:
+            least = float(cost[0]) if len(cost) else np.inf
+            if looked >= MOST or least > self._effort.worth * best:
                 break
-            if len(cost) and cost[0] > self._effort.worth * best:
+            if clean >= self._effort.wanted and least >= best:  # what turning costs may have been underrated
                 break
             looked += len(k)
             found = self._looked_at(layouts, added, k, j, counts)

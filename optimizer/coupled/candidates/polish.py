@@ -31,7 +31,7 @@ ACROSS = 8
 
 
 def polished(followed: Followed, layouts: Layouts) -> Layouts:
-    """Where the cheapest of some layouts lead, cheapest first.
+    """Where the cheapest of some layouts lead, cheapest first; those stay where they are that lead to nothing better.
 
     Args:
         followed: a cell without distances and floor. layouts: cheapest first.
@@ -43,7 +43,10 @@ def polished(followed: Followed, layouts: Layouts) -> Layouts:
     ties = LooseTies.of(followed.scene.cell.couplings, followed.problems, unknowns, 1.0)
     start = np.stack([own.positions for own in layouts.placements], axis=1)
     positions = _Descent(followed.problems, ties).run(start, layouts)
-    found = _layouts_at(followed.problems, ties, positions, layouts)
+    arrived, rows = _layouts_at(followed.problems, ties, positions, layouts)
+    better = arrived.objective <= layouts.objective[rows]
+    lost = np.setdiff1d(np.arange(len(layouts)), rows[better])  # what turning costs was underrated on their way
+    found = Layouts.joined([arrived.take(better), layouts.take(lost)])
     return found.take(np.argsort(found.objective, kind="stable"))
 
 
@@ -97,8 +100,10 @@ class _Descent:
         return total + self._ties.near(bases)[1]
 
 
-def _layouts_at(problems: Sequence[FollowedProblem], ties: LooseTies, positions: Floats, layouts: Layouts) -> Layouts:
-    """Usable layouts at positions (K, A, 3), on their couplings."""
+def _layouts_at(
+    problems: Sequence[FollowedProblem], ties: LooseTies, positions: Floats, layouts: Layouts
+) -> tuple[Layouts, Ints]:
+    """Usable layouts at positions (K, A, 3), on their couplings; and their numbers."""
     placed: list[Placements] = []
     good = np.ones(len(positions), dtype=np.bool_)
     for arm, (problem, own) in enumerate(zip(problems, layouts.placements, strict=True)):
@@ -114,4 +119,4 @@ def _layouts_at(problems: Sequence[FollowedProblem], ties: LooseTies, positions:
             )
         )
     kept, rows = ties.kept(tuple(own.take(good) for own in placed))
-    return Layouts(kept, np.zeros(len(rows)))
+    return Layouts(kept, np.zeros(len(rows))), np.flatnonzero(good)[rows]

@@ -25,7 +25,7 @@ def migrate() -> int:
     try:
         if settings.database_url is None:
             settings.data_dir.mkdir(parents=True, exist_ok=True)
-        engine = make_engine(settings.store_url())
+        engine = make_engine(settings.store_url(), patient=True)
         before, after = upgrade(engine)
         engine.dispose()
     except StoreUnavailable as error:

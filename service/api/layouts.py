@@ -124,7 +124,7 @@ async def list_layouts(
         created_before=moment_of("created_before", created_before),
     )
     jobs = await state.jobs.page(limit + 1, None if cursor is None else decode(cursor), chosen)
-    following = encode(jobs[limit - 1].key) if len(jobs) > limit else None
+    following = encode(jobs[limit - 1].sequence) if len(jobs) > limit else None
     headers = {}
     if following is not None:
         query = [(key, value) for key, value in request.query_params.multi_items() if key != "cursor"]

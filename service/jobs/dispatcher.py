@@ -10,19 +10,18 @@ from collections.abc import Callable
 from contextvars import Context
 from dataclasses import dataclass, field, replace
 from math import ceil
-from typing import Any, TypeVar
+from typing import Any
 
 from service import logs, metrics, telemetry
-from service.jobs.event_log import EventLog
+from service.jobs.event_log import LAST, EventLog
 from service.jobs.fair_queue import FairQueue
 from service.jobs.job import Ending, Failure, Job, JobEvent, JobStatus
-from service.store.job_store import JobStore, StoreUnavailable
+from service.jobs.store_threads import StoreThreads
+from service.store.job_store import LeaseLost, StoreUnavailable
 from service.workers.executor import Executor, SolveFailed, Task, WorkerDied
 from service.workers.worker import Answer
 
 log = logging.getLogger(__name__)
-
-T = TypeVar("T")
 
 FIRST_PAUSE, LONGEST_PAUSE = 0.1, 2.0
 """s between attempts to store something while the store is not available."""
@@ -78,10 +77,10 @@ class Active:
 class Dispatcher:
     """Takes jobs that are stored, has them solved in turn, and stores what comes out.
 
-    Lives in the event loop; the store is called in threads.
+    Lives in the event loop.
     """
 
-    def __init__(self, store: JobStore, executor: Executor, rules: Rules) -> None:
+    def __init__(self, store: StoreThreads, executor: Executor, rules: Rules) -> None:
         self._store = store
         self._executor = executor
         self._rules = rules
@@ -150,6 +149,14 @@ class Dispatcher:
         if not active.finished.done():
             active.finished.set_result(job)
 
+    def abandon(self) -> None:
+        """Let go of everything: another server owns the store and has these jobs carried out."""
+        for active in list(self.active.values()):
+            del self.active[active.job.id]
+            active.call_off()
+            active.give_up()
+        self._waiting = FairQueue()
+
     async def drain(self, seconds: float) -> None:
         """Begin nothing more, let running solves finish within a time, put the others back into the queue."""
         self._draining = True
@@ -195,6 +202,8 @@ class Dispatcher:
             if ending is not None:
                 again = ending.status is JobStatus.QUEUED
                 kept = await (self._again if again else self._finish)(active, ending)
+        except LeaseLost:
+            log.warning("job %s belongs to another server now", active.job.id)
         except Exception:  # nobody else would tell of it
             log.exception("job %s", active.job.id)
         if not kept:
@@ -206,7 +215,7 @@ class Dispatcher:
             await self._executor.ready()  # waiting for a worker to start is no attempt
             job = active.job
             event = active.feed.state(job.revision + 1, "status", status="running", attempt=job.attempts + 1)
-            claimed = await self._stored(self._store.claim, job.id, [event])
+            claimed = await self._stored(job, JobStatus.RUNNING, self._store.store.claim, job.id, [event])
             if claimed is None:
                 return None
             active.job = claimed
@@ -259,7 +268,8 @@ class Dispatcher:
         reason = "The service was stopped." if died is None else died.detail
         event = active.feed.state(job.revision + 1, "status", status="queued", detail=reason)
         events = [*active.feed.unsaved(), event]
-        back = await self._stored(self._store.put_back, job.id, job.attempts, events, counted=died is not None)
+        put_back = self._store.store.put_back
+        back = await self._stored(job, JobStatus.QUEUED, put_back, job, events, counted=died is not None)
         if back is not None:
             active.job, active.called_off = back, False
             active.feed.saved(event.number)
@@ -273,14 +283,14 @@ class Dispatcher:
         job, failure = active.job, ending.failure
         event = active.feed.state(
             job.revision + 1,
-            "done",
+            LAST,
             status=ending.status.value,
             outcome=ending.outcome,
             objective=ending.objective,
             error=None if failure is None else {"code": failure.code, "detail": failure.detail},
         )
         events = [*active.feed.unsaved(), event]
-        head = await self._stored(self._store.finish, job.id, job.attempts, ending, events)
+        head = await self._stored(job, ending.status, self._store.store.finish, job, ending, events)
         if head is not None:
             self.end(active, replace(head, request=job.request, result=ending.result), event)
         return head is not None
@@ -291,16 +301,36 @@ class Dispatcher:
             log.warning("job %s was changed by somebody else", active.job.id)
         active.give_up()
 
-    async def _stored(self, function: Callable[..., T], *arguments: Any, **named: Any) -> T:
-        """Change something in the store, again and again while it is not available."""
-        pause = FIRST_PAUSE
+    async def _stored(
+        self, job: Job, wanted: JobStatus, function: Callable[..., Job | None], *arguments: Any, **named: Any
+    ) -> Job | None:
+        """Change a job in the store, again and again while that is not available; None if somebody else has changed it.
+
+        A change whose answer was lost has been made perhaps, and then cannot be made again: it is looked for.
+
+        Raises:
+            LeaseLost: the store belongs to another server.
+        """
+        pause, doubt = FIRST_PAUSE, False
         while True:
             try:
-                return await asyncio.to_thread(function, *arguments, **named)
+                changed = await self._store.change(function, *arguments, **named)
+                if changed is None and doubt:
+                    found = await self._store.read(self._store.store.get, job.id)
+                    changed = found if found is not None and self._is_ours(found, job, wanted) else None
+                return changed
+            except LeaseLost:
+                raise
             except StoreUnavailable as error:
                 log.warning("%s: trying again in %.1f s", error.detail, pause)
+                doubt = True
                 await asyncio.sleep(pause)
                 pause = min(2.0 * pause, LONGEST_PAUSE)
+
+    def _is_ours(self, found: Job, before: Job, wanted: JobStatus) -> bool:
+        """Whether a job is what a change of ours has made of it."""
+        owner = None if wanted is JobStatus.QUEUED else self._store.store.owner
+        return found.status is wanted and found.revision == before.revision + 1 and found.owner == owner
 
 
 def _count(job: Job) -> None:
@@ -308,6 +338,6 @@ def _count(job: Job) -> None:
     how = job.outcome or (job.status.value if job.failure is None else job.failure.code)
     facts: dict[str, Any] = {"job_id": job.id, "status": job.status.value, "outcome": how}
     if job.started_at is not None and job.finished_at is not None:
-        facts["seconds"] = (job.finished_at - job.started_at).total_seconds()
+        facts["seconds"] = max(0.0, (job.finished_at - job.started_at).total_seconds())  # clocks can be set back
         metrics.job_finished(how, facts["seconds"])
     log.info("job ended", extra=facts)

@@ -10,6 +10,8 @@ from typing import Any
 from service.jobs.job import JobEvent
 from service.resources import timestamp
 
+LAST = "done"
+"""Kind of the event after which none comes."""
 STRIDE = 100_000
 """Events of a job are numbered from its revision times this: numbers rise also across a restart that lost a few."""
 

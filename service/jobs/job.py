@@ -39,6 +39,7 @@ class Ending:
 
     Attributes:
         status: a final one.
+        ended_by: what ended it: "answer", "time-limit", "cancelled", or the code of the failure. detail: in words.
         result: JSON of the result if it succeeded. outcome, objective: of the result.
         version: of the program that made it.
         failure: why there is none.
@@ -50,6 +51,8 @@ class Ending:
     objective: float | None = None
     version: str | None = None
     failure: Failure | None = None
+    ended_by: str | None = None
+    detail: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,9 +70,12 @@ class Job:
         runs: searches that it asks for.
         revision: number of this state, from 1.
         attempts: how often it was taken up by a worker.
+        owner: token of the server that took it up, None while it waits.
+        sequence: place in the order in which jobs were taken in, given by the store: clocks can be set back.
         result: JSON of the result once it succeeded; None also where only the head was asked for.
         outcome, objective, version: of the result, and of the program that made it.
         failure: why it failed.
+        ended_by, ended_detail: what ended it; see `Ending`. None until then, and in jobs of older versions.
     """
 
     id: str
@@ -84,6 +90,8 @@ class Job:
     runs: int = 1
     revision: int = 1
     attempts: int = 0
+    owner: str | None = None
+    sequence: int = 0
     started_at: datetime | None = None
     finished_at: datetime | None = None
     result: str | None = None
@@ -91,11 +99,8 @@ class Job:
     objective: float | None = None
     version: str | None = None
     failure: Failure | None = None
-
-    @property
-    def key(self) -> tuple[datetime, str]:
-        """Place in the list; unique."""
-        return self.created_at, self.id
+    ended_by: str | None = None
+    ended_detail: str | None = None
 
 
 def is_job_id(text: str) -> bool:

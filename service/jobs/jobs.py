@@ -3,27 +3,27 @@
 from __future__ import annotations
 
 import asyncio
-import logging
 import uuid
 from collections import Counter
 from collections.abc import AsyncIterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
 from service.jobs.dispatcher import Active, Dispatcher, Rules
-from service.jobs.event_log import EventLog
-from service.jobs.job import Ending, Failure, Job, JobEvent, JobStatus
+from service.jobs.event_log import LAST
+from service.jobs.job import Job, JobEvent, JobStatus
 from service.jobs.job_errors import AlreadyFinished, Closing, KeyBusy, KeyReused, NotFinished, QueueFull
+from service.jobs.store_threads import StoreThreads
+from service.jobs.store_watch import StoreWatch
 from service.requests.accept import Accepted
-from service.store.job_store import JobFilter, JobStore, KeyTaken, StoreUnavailable
+from service.store.job_store import JobFilter, JobStore, KeyTaken, LeaseLost, StoreUnavailable
 from service.workers.executor import Executor
-
-log = logging.getLogger(__name__)
 
 CHORES_EVERY = 1.0
 """s between the times when events are stored and old jobs forgotten."""
-CHECK_EVERY, OPEN_EVERY = 5.0, 1.0
-"""s between looks at the store while it works, and while it does not."""
+POLL_EVERY = 1.0
+"""s between looks into the store for events of a job that another server carries out."""
 EVENTS_AT_ONCE = 500
 """Events read from the store in one go."""
 
@@ -41,26 +41,28 @@ class Jobs:
     """Everything about jobs. Every method may be called at any time; any may raise `StoreUnavailable`."""
 
     def __init__(self, store: JobStore, executor: Executor, rules: Rules, capacity: Capacity) -> None:
-        self._store = store
-        self._dispatcher = Dispatcher(store, executor, rules)
-        self._rules = rules
+        self._store = StoreThreads(store)
+        self._dispatcher = Dispatcher(self._store, executor, rules)
         self._capacity = capacity
         self._accepting: set[tuple[str, str]] = set()
         self._storing: Counter[str] = Counter()  # jobs by client that are being stored, and will then wait
+        self._on_the_way: set[str] = set()
+        self._watch = StoreWatch(self._store, self._dispatcher, rules.max_attempts, self._on_the_way)
         self._background: list[asyncio.Task[None]] = []
         self._closing = False
         self._drained: asyncio.Task[None] | None = None
-        self._finished_before = 0  # finished jobs that are kept, apart from those that ended in this process
-        self.store_problem = "The store of the jobs is being opened."
-        """Why the store cannot be used at the moment; "" if it can."""
 
     # -------------------------------------------------------------------------------------------------------- its life
 
+    @property
+    def store_problem(self) -> str:
+        """Why the store cannot be used at the moment; "" if it can."""
+        return self._store.problem
+
     async def start(self) -> None:
         """Open the store and take up what is in it; where that does not work it is tried again in the background."""
-        tried = asyncio.Event()
-        self._background = [asyncio.create_task(self._watch_store(tried)), asyncio.create_task(self._do_chores())]
-        await tried.wait()
+        self._background = [asyncio.create_task(self._watch.run()), asyncio.create_task(self._do_chores())]
+        await self._watch.tried.wait()
 
     @property
     def waiting(self) -> int:
@@ -85,7 +87,7 @@ class Jobs:
         for task in self._background:
             task.cancel()
         await asyncio.gather(*self._background, return_exceptions=True)
-        await asyncio.to_thread(self._store.close)
+        await self._store.close()
 
     # ------------------------------------------------------------------------------------------------------- taking in
 
@@ -102,8 +104,7 @@ class Jobs:
         """
         if self._closing:
             raise Closing("The service is being stopped. Try again in a few seconds.", retry_after=5)
-        if self.store_problem:
-            raise StoreUnavailable(self.store_problem)
+        self._store.refuse()
         # Shielded: what is stored must also be carried out, even if nobody waits for the answer any more.
         if key is None:
             return await asyncio.shield(self._take_in(accepted, client, None))
@@ -117,12 +118,12 @@ class Jobs:
 
     async def _take_in_once(self, accepted: Accepted, client: str, key: str) -> Job:
         """The job of a key, whether it is there already or not."""
-        found = await asyncio.to_thread(self._store.with_key, client, key)
+        found = await self._store.read(self._store.store.with_key, client, key)
         if found is None:
             try:
                 return await self._take_in(accepted, client, key)
             except KeyTaken:  # by a request whose connection was lost while it was taken in
-                found = await asyncio.to_thread(self._store.with_key, client, key)
+                found = await self._store.read(self._store.store.with_key, client, key)
         if found is None or found.body_hash != accepted.body_hash:
             raise KeyReused("This Idempotency-Key came with another body before. Take a new key for a new request.")
         return found.job
@@ -140,9 +141,11 @@ class Jobs:
             job = replace(job, status=JobStatus.RUNNING, started_at=job.created_at, attempts=1, revision=2)
             events.append(active.feed.state(2, "status", status="running", attempt=1))
         self._storing[client] += not at_once
+        self._on_the_way.add(job.id)  # nobody else takes it up before it is in good hands
         try:
-            await asyncio.to_thread(self._store.add, job, events, key, accepted.body_hash)
+            job = await self._added(job, events, key, accepted.body_hash)
         except BaseException:
+            self._on_the_way.discard(job.id)
             if at_once:
                 dispatcher.release()
             raise
@@ -152,6 +155,7 @@ class Jobs:
         active.feed.tell(*events)
         active.job = job if at_once else replace(job, request="")  # long, and read again when its turn comes
         (dispatcher.run if at_once else dispatcher.queue)(active)
+        self._on_the_way.discard(job.id)
         return job
 
     def _check_room(self, client: str) -> None:
@@ -167,15 +171,28 @@ class Jobs:
             wait = self._dispatcher.retry_after()
             raise QueueFull(f"{number} are waiting already. Try again in {wait} s.", wait)
 
+    async def _added(self, job: Job, events: list[JobEvent], key: str | None, body_hash: str) -> Job:
+        """Store a new job. Where the answer is lost it is looked for; what turns up later the watch takes up."""
+        try:
+            return await self._store.change(self._store.store.add, job, events, key, body_hash)
+        except LeaseLost:
+            raise
+        except StoreUnavailable:
+            with suppress(StoreUnavailable):
+                found = await self.get(job.id)
+                if found is not None:
+                    return found
+            raise
+
     # --------------------------------------------------------------------------------------------------------- looking
 
     async def get(self, job_id: str) -> Job | None:
         """The present state, or None if there is no such job (any more)."""
-        return await asyncio.to_thread(self._store.get, job_id)
+        return await self._store.read(self._store.store.get, job_id)
 
-    async def page(self, limit: int, after: tuple[datetime, str] | None, chosen: JobFilter) -> list[Job]:
-        """Heads of at most ``limit`` jobs, the newest first, continuing behind the job with the key ``after``."""
-        return await asyncio.to_thread(self._store.page, limit, after, chosen)
+    async def page(self, limit: int, after: int | None, chosen: JobFilter) -> list[Job]:
+        """Heads of at most ``limit`` jobs, the newest first, continuing behind the job with the number ``after``."""
+        return await self._store.read(self._store.store.page, limit, after, chosen)
 
     async def wait(self, job_id: str, timeout: float) -> Job | None:
         """The state of a job once it is finished, or after ``timeout`` s, whatever comes first."""
@@ -189,12 +206,36 @@ class Jobs:
 
     async def has_events(self, job_id: str, after: int) -> bool:
         """Whether events with numbers above ``after`` are stored."""
-        return bool(await asyncio.to_thread(self._store.events, job_id, after, 1))
+        return bool(await self._store.read(self._store.store.events, job_id, after, 1))
+
+    async def mentioned(self, text: str) -> bool:
+        """Whether the request of a job that is not finished has a text in it."""
+        return await self._store.read(self._store.store.mentions, text)
 
     async def follow(self, job_id: str, after: int, silence: float) -> AsyncIterator[JobEvent | None]:
         """Events of a job with numbers above ``after``, up to its last one; None after ``silence`` s without any."""
+        quiet = 0.0
+        while not self._closing:
+            async for event in self._follow_here(job_id, after, silence):
+                yield event
+                after, quiet = (after if event is None else event.number), 0.0
+                if event is not None and event.kind == LAST:
+                    return
+            if job_id in self._dispatcher.active:
+                continue
+            job = await self.get(job_id)
+            if job is None or (job.status.finished and not await self.has_events(job_id, after)):
+                return
+            await asyncio.sleep(POLL_EVERY)  # another server has it, or nobody yet
+            quiet += POLL_EVERY
+            if quiet >= silence:
+                yield None
+                quiet = 0.0
+
+    async def _follow_here(self, job_id: str, after: int, silence: float) -> AsyncIterator[JobEvent | None]:
+        """What is stored, and what happens as long as this server has the job."""
         active = self._dispatcher.active.get(job_id)
-        while stored := await asyncio.to_thread(self._store.events, job_id, after, EVENTS_AT_ONCE):
+        while stored := await self._store.read(self._store.store.events, job_id, after, EVENTS_AT_ONCE):
             for event in stored:
                 yield event
                 after = event.number
@@ -221,12 +262,13 @@ class Jobs:
         return await asyncio.shield(self._cancel(job_id))
 
     async def _cancel(self, job_id: str) -> Job | None:
+        self._store.refuse()
         job = await self.get(job_id)
-        if job is None or job.status is JobStatus.CANCELLED:
-            return job
+        if job is None:
+            return None
         active = self._dispatcher.active.get(job_id) or Active(job)
-        event = active.feed.state(active.job.revision + 1, "done", status=JobStatus.CANCELLED.value)
-        head = await asyncio.to_thread(self._store.cancel, job_id, event)
+        event = active.feed.state(active.job.revision + 1, LAST, status=JobStatus.CANCELLED.value)
+        head = None if job.status.finished else await self._cancelled(job_id, event)
         if head is not None:
             self._dispatcher.end(active, head, event)
             active.call_off()
@@ -238,14 +280,25 @@ class Jobs:
             )
         return job
 
+    async def _cancelled(self, job_id: str, event: JobEvent) -> Job | None:
+        """Store that a job is cancelled; its head, or None if it had ended. An answer that is lost is looked for."""
+        try:
+            return await self._store.change(self._store.store.cancel, job_id, event)
+        except LeaseLost:
+            raise
+        except StoreUnavailable:
+            found = await self.get(job_id)
+            if found is None or found.status is not JobStatus.CANCELLED:
+                raise
+            return found
+
     async def delete(self, job_id: str) -> bool:
         """Forget a finished job; False if there is no such job.
 
         Raises:
             NotFinished: it has not ended.
         """
-        if await asyncio.to_thread(self._store.delete, job_id):
-            self._finished_before -= 1
+        if await self._store.change(self._store.store.delete, job_id):
             return True
         if await self.get(job_id) is not None:
             raise NotFinished("The layout is queued or running. Cancel it first, or wait until it is finished.")
@@ -253,59 +306,27 @@ class Jobs:
 
     # ------------------------------------------------------------------------------------------------------ background
 
-    async def _watch_store(self, tried: asyncio.Event) -> None:
-        """Open the store; look at it again and again; open it once more if it was lost."""
-        while True:
-            try:
-                if self.store_problem:
-                    await asyncio.to_thread(self._store.open)
-                    await self._take_up()
-                await asyncio.to_thread(self._store.check)
-                self.store_problem = ""
-            except StoreUnavailable as error:
-                if error.detail != self.store_problem:
-                    log.warning("the store is not available: %s", error.detail)
-                self.store_problem = error.detail
-            tried.set()
-            await asyncio.sleep(OPEN_EVERY if self.store_problem else CHECK_EVERY)
-
-    async def _take_up(self) -> None:
-        """Carry on with what is in the store: what waited waits, what ran when this or another process ended waits."""
-        self._finished_before = await asyncio.to_thread(self._store.finished) - self._dispatcher.ended
-        for job in await asyncio.to_thread(self._store.unfinished):
-            if job.id not in self._dispatcher.active:
-                waits = job if job.status is JobStatus.QUEUED else await asyncio.to_thread(self._interrupted, job)
-                if waits is not None:
-                    self._dispatcher.queue(Active(waits))
-
-    def _interrupted(self, job: Job) -> Job | None:
-        """Put a job back that ran when a process ended; None if that has happened too often."""
-        most, number = self._rules.max_attempts, job.attempts
-        detail = f"The service ended in the middle of attempt {number} of {most}."
-        if number < most:
-            event = EventLog().state(job.revision + 1, "status", status="queued", detail=detail)
-            return self._store.put_back(job.id, number, [event], counted=True)
-        error = {"code": "interrupted", "detail": detail}
-        event = EventLog().state(job.revision + 1, "done", status="failed", error=error)
-        self._store.finish(job.id, number, Ending(JobStatus.FAILED, failure=Failure(**error)), [event])
-        self._finished_before += 1
-        return None
-
     async def _do_chores(self) -> None:
         """Store the events of what runs, so that they survive this process; forget the oldest finished jobs."""
+        counted = -1
         while True:
             await asyncio.sleep(CHORES_EVERY)
-            fresh = [(key, event) for key, active in self._dispatcher.active.items() for event in active.feed.unsaved()]
-            try:
-                if fresh:
-                    await asyncio.to_thread(self._store.add_events, fresh)
-                    for key, event in fresh:
-                        if key in self._dispatcher.active:
-                            self._dispatcher.active[key].feed.saved(event.number)
-                if self._finished_before + self._dispatcher.ended > self._capacity.keep:
-                    self._finished_before -= await asyncio.to_thread(self._store.trim, self._capacity.keep)
-            except StoreUnavailable as error:
-                log.warning("the store is not available: %s", error.detail)
+            with suppress(StoreUnavailable):  # the watch tells of it
+                await self._save_events()
+                ended = self._dispatcher.ended
+                if ended != counted:
+                    counted = ended
+                    if await self._store.read(self._store.store.finished) > self._capacity.keep:
+                        await self._store.change(self._store.store.trim, self._capacity.keep)
+
+    async def _save_events(self) -> None:
+        active = self._dispatcher.active
+        fresh = [(key, event) for key, one in active.items() for event in one.feed.unsaved()]
+        if fresh:
+            await self._store.change(self._store.store.add_events, fresh)
+            for key, event in fresh:
+                if key in active:
+                    active[key].feed.saved(event.number)
 
 
 def _new_job(accepted: Accepted, client: str) -> Job:

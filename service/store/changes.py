@@ -1,11 +1,13 @@
 """The statements that change jobs. Each is built once: a job takes few milliseconds, and building costs as many.
 
-All are conditional on the state they start from, so that a change that comes too late changes nothing.
+All are conditional on the state they start from and, where a job runs, on the owner of that run, so that a change that
+comes too late or from the wrong server changes nothing. They come after `service.store.lease.StoreLease.fence`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
 from typing import Any
 
@@ -14,7 +16,7 @@ from sqlalchemy.dialects import postgresql, sqlite
 
 from service.jobs.job import Ending, Job, JobEvent, JobStatus
 from service.store.rows import head_of, values_of, whole_of
-from service.store.tables import EventRow, JobRow, Pulse
+from service.store.tables import EventRow, JobRow
 
 QUEUED, RUNNING = JobStatus.QUEUED.value, JobStatus.RUNNING.value
 ACTIVE = (QUEUED, RUNNING)
@@ -27,10 +29,11 @@ def _table(row: type[Any]) -> Table:
     return found
 
 
-JOBS, EVENTS, PULSE = _table(JobRow), _table(EventRow), _table(Pulse)
+JOBS, EVENTS = _table(JobRow), _table(EventRow)
 HEAD = [column for column in JOBS.c if column.name not in ("request", "result")]
 WHICH: BindParameter[Any] = bindparam("which")
 ATTEMPTS: BindParameter[Any] = bindparam("which_attempts")
+OWNER: BindParameter[Any] = bindparam("which_owner", type_=JOBS.c.owner.type)
 NOW = bindparam("now", type_=JOBS.c.created_at.type)
 NEXT_REVISION = JOBS.c.revision + 1
 
@@ -38,19 +41,27 @@ ADD = insert(JOBS)
 CLAIM = (
     update(JOBS)
     .where(JOBS.c.id == WHICH, JOBS.c.status == QUEUED)
-    .values(status=RUNNING, started_at=NOW, attempts=JOBS.c.attempts + 1, revision=NEXT_REVISION)
+    .values(status=RUNNING, started_at=NOW, attempts=JOBS.c.attempts + 1, owner=OWNER, revision=NEXT_REVISION)
     .returning(*JOBS.c)
 )
-HELD = (JOBS.c.id == WHICH, JOBS.c.status == RUNNING, JOBS.c.attempts == ATTEMPTS)
+HELD = (
+    JOBS.c.id == WHICH,
+    JOBS.c.status == RUNNING,
+    JOBS.c.attempts == ATTEMPTS,
+    JOBS.c.owner.is_not_distinct_from(OWNER),  # none in jobs of older versions
+)
 PUT_BACK = (
     update(JOBS)
     .where(*HELD)
-    .values(status=QUEUED, started_at=None, attempts=bindparam("attempts_left"), revision=NEXT_REVISION)
+    .values(status=QUEUED, started_at=None, owner=None, attempts=bindparam("attempts_left"), revision=NEXT_REVISION)
     .returning(*HEAD)
 )
 END_VALUES = {
     "status": bindparam("new_status"),
     "finished_at": NOW,
+    "ended": bindparam("number"),
+    "ended_by": bindparam("new_ended_by"),
+    "ended_detail": bindparam("new_ended_detail"),
     "revision": NEXT_REVISION,
     "outcome": bindparam("new_outcome"),
     "objective": bindparam("new_objective"),
@@ -68,33 +79,35 @@ TELL = {
 }
 
 
-def add(connection: Connection, job: Job, key: str | None, body_hash: str) -> None:
-    """Insert a new job."""
-    connection.execute(ADD, values_of(job, key, body_hash))
+def add(connection: Connection, number: int, job: Job, owner: str, key: str | None, body_hash: str) -> Job:
+    """Insert a new job as the change of a number; the job as it is stored."""
+    stored = replace(job, sequence=number, owner=owner if job.status is JobStatus.RUNNING else None)
+    connection.execute(ADD, values_of(stored, key, body_hash))
+    return stored
 
 
-def claim(connection: Connection, job_id: str) -> Job | None:
+def claim(connection: Connection, job_id: str, owner: str) -> Job | None:
     """Queued to running; the whole job."""
-    row = connection.execute(CLAIM, {"which": job_id, "now": datetime.now(UTC)}).one_or_none()
+    values = {"which": job_id, "which_owner": owner, "now": datetime.now(UTC)}
+    row = connection.execute(CLAIM, values).one_or_none()
     return None if row is None else whole_of(row)
 
 
-def put_back(connection: Connection, job_id: str, attempts: int, attempts_left: int) -> Job | None:
+def put_back(connection: Connection, job: Job, attempts_left: int) -> Job | None:
     """Running to queued; the head."""
-    values = {"which": job_id, "which_attempts": attempts, "attempts_left": attempts_left}
-    row = connection.execute(PUT_BACK, values).one_or_none()
+    row = connection.execute(PUT_BACK, {**_held(job), "attempts_left": attempts_left}).one_or_none()
     return None if row is None else head_of(row)
 
 
-def finish(connection: Connection, job_id: str, attempts: int, ending: Ending) -> Job | None:
+def finish(connection: Connection, number: int, job: Job, ending: Ending) -> Job | None:
     """Running to a final state; the head."""
-    row = connection.execute(FINISH, {"which": job_id, "which_attempts": attempts, **_end(ending)}).one_or_none()
+    row = connection.execute(FINISH, {**_held(job), **_end(number, ending)}).one_or_none()
     return None if row is None else head_of(row)
 
 
-def cancel(connection: Connection, job_id: str) -> Job | None:
+def cancel(connection: Connection, number: int, job_id: str, ending: Ending) -> Job | None:
     """Queued or running to cancelled; the head."""
-    row = connection.execute(CANCEL, {"which": job_id, **_end(Ending(JobStatus.CANCELLED))}).one_or_none()
+    row = connection.execute(CANCEL, {"which": job_id, **_end(number, ending)}).one_or_none()
     return None if row is None else head_of(row)
 
 
@@ -106,7 +119,7 @@ def forget(connection: Connection, job_id: str) -> bool:
 def trim(connection: Connection, keep: int) -> int:
     """Delete the finished jobs that ended first."""
     finished = JOBS.c.finished_at.is_not(None)
-    kept = select(JOBS.c.id).where(finished).order_by(JOBS.c.finished_at.desc(), JOBS.c.id.desc()).limit(keep)
+    kept = select(JOBS.c.id).where(finished).order_by(JOBS.c.ended.desc(), JOBS.c.id.desc()).limit(keep)
     return connection.execute(delete(JOBS).where(finished, JOBS.c.id.not_in(kept))).rowcount
 
 
@@ -122,17 +135,15 @@ def known(connection: Connection, ids: set[str]) -> set[str]:
     return set(connection.scalars(select(JOBS.c.id).where(JOBS.c.id.in_(ids))))
 
 
-def beat(connection: Connection) -> None:
-    """Write the time into the one row of the pulse."""
-    now = datetime.now(UTC)
-    if not connection.execute(update(PULSE).where(PULSE.c.id == 1).values(at=now)).rowcount:
-        connection.execute(insert(PULSE).values(id=1, at=now))
+def _held(job: Job) -> dict[str, Any]:
+    return {"which": job.id, "which_attempts": job.attempts, "which_owner": job.owner}
 
 
-def _end(ending: Ending) -> dict[str, Any]:
+def _end(number: int, ending: Ending) -> dict[str, Any]:
     failure = ending.failure
     return {
         "now": datetime.now(UTC),
+        "number": number,
         "new_status": ending.status.value,
         "new_result": ending.result,
         "new_outcome": ending.outcome,
@@ -140,4 +151,6 @@ def _end(ending: Ending) -> dict[str, Any]:
         "new_version": ending.version,
         "new_failure_code": None if failure is None else failure.code,
         "new_failure_detail": None if failure is None else failure.detail,
+        "new_ended_by": ending.ended_by or (None if failure is None else failure.code),
+        "new_ended_detail": ending.detail or (None if failure is None else failure.detail),
     }

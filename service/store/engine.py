@@ -12,11 +12,11 @@ from sqlalchemy.exc import ArgumentError, NoSuchModuleError
 from service.store.job_store import StoreUnavailable
 
 FILE = "duocell.sqlite3"
-BUSY_TIMEOUT = 10_000
+BUSY_TIMEOUT = 2_000
 """ms that a connection to SQLite waits for another process to finish its transaction."""
 LARGEST_JOURNAL = 64_000_000
 """bytes; SQLite cuts its write-ahead log back to this after a checkpoint."""
-CONNECT_TIMEOUT = 5
+CONNECT_TIMEOUT = 4
 """s to reach PostgreSQL."""
 IMMEDIATE = "duocell_immediate"
 """Execution option of connections that are going to write."""
@@ -27,9 +27,9 @@ def sqlite_url(folder: Path) -> str:
     return f"sqlite:///{folder.absolute() / FILE}"
 
 
-def lock_file(url: URL) -> Path:
-    """The file beside a SQLite database that says who has it open."""
-    return Path(f"{url.database}.lock")
+def database_file(url: URL) -> Path:
+    """The file of a SQLite database."""
+    return Path(str(url.database))
 
 
 def checked_url(url: str) -> str:
@@ -49,11 +49,12 @@ def checked_url(url: str) -> str:
     return parsed.render_as_string(hide_password=False)
 
 
-def make_engine(url: str) -> Engine:
+def make_engine(url: str, *, patient: bool = False) -> Engine:
     """Connections to a database.
 
     Args:
         url: from `sqlite_url` or `checked_url`.
+        patient: whether a statement may take as long as it likes, as in a migration; otherwise some seconds.
 
     Raises:
         StoreUnavailable: its driver is missing.
@@ -61,7 +62,12 @@ def make_engine(url: str) -> Engine:
     try:
         if url.startswith("sqlite"):
             return _sqlite(url)
-        return create_engine(url, pool_pre_ping=True, connect_args={"connect_timeout": CONNECT_TIMEOUT})
+        engine = create_engine(url, pool_pre_ping=True, connect_args={"connect_timeout": CONNECT_TIMEOUT})
+        if not patient:
+            from service.store.bounded_connection import bound
+
+            bound(engine)
+        return engine
     except (NoSuchModuleError, ImportError) as error:
         raise StoreUnavailable(f"The driver of the database is missing: {error}.") from error
 

@@ -9,17 +9,34 @@ from typing import Protocol
 
 from service.jobs.job import Ending, Job, JobEvent, JobStatus
 
+OTHER = (
+    "Another server has this store open. Stop it, or give this one its own DUOCELL_DATA_DIR or DUOCELL_DATABASE_URL."
+)
+
 
 class StoreUnavailable(Exception):
-    """The store cannot do what it was asked for at the moment: nothing was changed, and it may work later.
+    """The store cannot do what it was asked for at the moment, and it may work later.
+
+    As a rule nothing was changed. Where the connection broke while a change was confirmed it may have been made all
+    the same: who needs to know has to look.
 
     Attributes:
         detail: sentence for the operator, without secrets.
+        lasting: whether the next call will probably meet the same; False where a connection broke.
     """
 
-    def __init__(self, detail: str) -> None:
+    def __init__(self, detail: str, *, lasting: bool = True) -> None:
         super().__init__(detail)
         self.detail = detail
+        self.lasting = lasting
+
+
+class NoAnswer(Exception):
+    """A database did not answer in time; whether it has done what it was asked for is not known."""
+
+
+class LeaseLost(StoreUnavailable):
+    """Another server owns the store: nothing was changed, and what this one has begun is the other's now."""
 
 
 class KeyTaken(Exception):
@@ -53,39 +70,45 @@ class JobFilter:
 class JobStore(Protocol):
     """Jobs and their events, kept where they survive the death of this process and a loss of power.
 
-    What holds for every implementation:
+    ``owner`` is the token of this process. What holds for every implementation:
 
-    - A call that returns has stored its change durably; a call that raises has changed nothing. Changes are atomic.
-    - Calls block and may come from any thread; none holds on to anything between calls.
-    - One process at a time has a store open. Another one that tries is told so by `open`.
+    - A call that returns has stored its change durably. Changes are atomic.
+    - Calls block, but for some seconds only, and may come from any thread; none holds on to anything between calls.
+    - One process at a time owns a store. Another one that tries is told so by `open`, and by every call that changes
+      something; it can read.
     - States change only along queued -> running -> succeeded | failed, running -> queued, and queued | running ->
       cancelled. A final state never changes; the job can only be deleted.
-    - ``attempts`` counts how often a job was claimed, and is the right to end it: `finish` and `put_back` act only on
-      a running job whose attempts are those named, so that nobody who lost a job in between can end it.
+    - ``owner`` is the process that has claimed a running job, and ``attempts`` counts how often it was claimed. Both
+      are the right to end it: `finish` and `put_back` act only on a running job whose owner and attempts are those
+      named, so that nobody who lost a job in between can end it.
+    - Jobs and ends have numbers that rise whatever the clock does: they say what is newer.
     - Every change of state raises ``revision`` by one.
     - Events are stored together with the change of state they tell of.
     """
+
+    owner: str
 
     def open(self) -> None:
         """Take possession of the store and see to it that its tables are those of this version; again if need be.
 
         Raises:
-            StoreUnavailable: it cannot be reached or written, another process has it open, or it must be migrated
-                by hand first. To be tried again later.
+            LeaseLost: another process owns it. To be tried again later.
+            StoreUnavailable: it cannot be reached or written, is damaged, or must be migrated by hand first. Likewise.
         """
 
     def close(self) -> None:
         """Let go of it."""
 
     def check(self) -> None:
-        """Write something and see that it is still this process that has it open.
+        """Write something and see that it is still this process that owns it.
 
         Raises:
-            StoreUnavailable: it is not, or it cannot be written.
+            LeaseLost: it is not.
+            StoreUnavailable: it cannot be written, or is known to be damaged.
         """
 
-    def add(self, job: Job, events: Sequence[JobEvent], key: str | None = None, body_hash: str = "") -> None:
-        """Store a new job, queued or running already.
+    def add(self, job: Job, events: Sequence[JobEvent], key: str | None = None, body_hash: str = "") -> Job:
+        """Store a new job, queued or running already; returns it as it is stored.
 
         Args:
             job: its first state.
@@ -95,7 +118,7 @@ class JobStore(Protocol):
 
         Raises:
             KeyTaken: the client has used the key for a job that is still kept.
-            StoreUnavailable: nothing was stored.
+            StoreUnavailable: it is not known to be stored.
         """
 
     def with_key(self, client: str, key: str) -> Keyed | None:
@@ -104,8 +127,8 @@ class JobStore(Protocol):
     def get(self, job_id: str) -> Job | None:
         """The present state of a job, with request and result."""
 
-    def page(self, limit: int, after: tuple[datetime, str] | None, chosen: JobFilter) -> list[Job]:
-        """Heads of at most ``limit`` jobs, the newest first, continuing behind the job with the key ``after``."""
+    def page(self, limit: int, after: int | None, chosen: JobFilter) -> list[Job]:
+        """Heads of at most ``limit`` jobs, the newest first, continuing behind the job with the number ``after``."""
 
     def unfinished(self) -> list[Job]:
         """Heads of all queued and running jobs, the oldest first."""
@@ -116,17 +139,23 @@ class JobStore(Protocol):
     def claim(self, job_id: str, events: Sequence[JobEvent]) -> Job | None:
         """Take up a queued job: running, one attempt more, started now. None if it is not queued (any more)."""
 
-    def put_back(self, job_id: str, attempts: int, events: Sequence[JobEvent], *, counted: bool) -> Job | None:
-        """Queue a running job again; an attempt that is not ``counted`` is taken back. None if it is not running."""
+    def put_back(self, job: Job, events: Sequence[JobEvent], *, counted: bool) -> Job | None:
+        """Queue a running job again; an attempt that is not ``counted`` is taken back.
 
-    def finish(self, job_id: str, attempts: int, ending: Ending, events: Sequence[JobEvent]) -> Job | None:
-        """End a running job; its head, or None if it is not running (any more) or was claimed anew."""
+        None if the job is not running under the owner and the attempt of ``job`` (any more).
+        """
+
+    def finish(self, job: Job, ending: Ending, events: Sequence[JobEvent]) -> Job | None:
+        """End a running job; its head, or None if it does not run under the owner and attempt of ``job`` (any more)."""
 
     def cancel(self, job_id: str, event: JobEvent) -> Job | None:
         """End a job that has not ended: cancelled, at once and for good. Its head, or None if it is final already."""
 
     def delete(self, job_id: str) -> bool:
         """Forget a finished job and its events; False if there is none of that name that is finished."""
+
+    def mentions(self, text: str) -> bool:
+        """Whether the request of a job that is not finished has a text in it."""
 
     def trim(self, keep: int) -> int:
         """Forget the finished jobs that ended first, so that ``keep`` are left; returns how many were forgotten."""

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from sqlalchemy import Engine, inspect, text
+from sqlalchemy import Connection, Engine, inspect, text
 
 from service.store.engine import IMMEDIATE
 from service.store.job_store import StoreUnavailable
+from service.store.session_lock import SERVERS
 
 if TYPE_CHECKING:
     from alembic.config import Config
 
-HEAD = "0003"
+HEAD = "0004"
 """The newest revision of the tables; named here so that an up-to-date store opens without loading Alembic."""
 
 
@@ -37,6 +38,7 @@ def upgrade(engine: Engine) -> tuple[str | None, str]:
         from alembic import command
 
         with engine.execution_options(**{IMMEDIATE: True}).begin() as connection:  # all of it or nothing
+            _refuse_while_open(connection)
             command.upgrade(configuration(connection), "head")
     return before, HEAD
 
@@ -62,6 +64,14 @@ def configuration(connection: object = None) -> Config:
     config.set_main_option("script_location", "service.store:migrations")
     config.attributes["connection"] = connection
     return config
+
+
+def _refuse_while_open(connection: Connection) -> None:
+    """A server of the version before would go on without knowing what the tables mean now. SQLite has a lock file."""
+    if connection.dialect.name == "postgresql":
+        alone = connection.execute(text("SELECT pg_try_advisory_xact_lock(:number)"), {"number": SERVERS}).scalar()
+        if not alone:
+            raise StoreUnavailable("A server has the database open: stop it, migrate, and start the new version.")
 
 
 def _refuse_unknown(found: str | None) -> None:

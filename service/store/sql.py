@@ -5,27 +5,31 @@ from __future__ import annotations
 import logging
 import sqlite3
 import threading
+import uuid
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from datetime import datetime
-from typing import Any
 
-from sqlalchemy import Connection, func, literal, select, tuple_
+from sqlalchemy import Connection, func, select
 from sqlalchemy.exc import DBAPIError, IntegrityError, SQLAlchemyError
 from sqlalchemy.orm import Session, undefer
 
-from service.jobs.job import Ending, Job, JobEvent
+from service.jobs.job import Ending, Job, JobEvent, JobStatus
 from service.store import changes
-from service.store.engine import IMMEDIATE, lock_file, make_engine
-from service.store.job_store import JobFilter, Keyed, KeyTaken, StoreUnavailable
+from service.store.engine import IMMEDIATE, database_file, make_engine
+from service.store.job_store import JobFilter, Keyed, KeyTaken, NoAnswer, StoreUnavailable
+from service.store.lease import StoreLease
 from service.store.migrate import check_revision, upgrade
-from service.store.possession import AdvisoryLock, FileLock, Possession
 from service.store.rows import head_of, whole_of
+from service.store.session_lock import AdvisoryLock, FileLock
+from service.store.sqlite_file import SqliteFile, is_damage
 from service.store.tables import EventRow, JobRow
 
 log = logging.getLogger(__name__)
 
 WHOLE = (undefer(JobRow.request), undefer(JobRow.result))
+TURN_WITHIN = 5.0
+"""s that a thread waits for its turn to write."""
+CALLED_OFF = Ending(JobStatus.CANCELLED, ended_by="cancelled", detail="A client called it off.")
 
 
 class SqlJobStore:
@@ -36,47 +40,71 @@ class SqlJobStore:
     """
 
     def __init__(self, url: str) -> None:
+        self.owner = uuid.uuid4().hex
         self._engine = make_engine(url)
         self._writing_engine = self._engine.execution_options(**{IMMEDIATE: True})
         self._turn = threading.Lock()
-        self._sqlite = self._engine.dialect.name == "sqlite"
-        self._possession: Possession = (
-            FileLock(lock_file(self._engine.url)) if self._sqlite else AdvisoryLock(self._engine)
+        sqlite = self._engine.dialect.name == "sqlite"
+        self._file = SqliteFile(database_file(self._engine.url)) if sqlite else None
+        self._lock: FileLock | AdvisoryLock = (
+            AdvisoryLock(self._engine, int(self.owner[:15], 16)) if self._file is None else FileLock(self._file.path)
         )
+        self._lease = StoreLease(self.owner, self._lock)
+        self._damaged = False
 
     # ------------------------------------------------------------------------------------------------ the store itself
 
     def open(self) -> None:
         """See `JobStore`. SQLite is migrated here; PostgreSQL, which may have other readers, by `duocell migrate`."""
-        with self._turn, _explained():
-            self._possession.take()
-            if not self._sqlite:
-                check_revision(self._engine)
-                return
-            before, after = upgrade(self._engine)
-            if before not in (None, after):
-                log.warning("the tables were migrated from revision %s to %s", before, after)
+        with self._in_turn(), self._explained():
+            if self._file is None:
+                check_revision(self._engine)  # before the lock, which would be in the way of a migration
+            self._lock.hold()
+            if self._file is not None:
+                self._open_file(self._file)
+            with self._writing_engine.begin() as connection:
+                self._lease.take(connection)
+
+    def _open_file(self, file: SqliteFile) -> None:
+        before, after = upgrade(self._engine)
+        if before not in (None, after):
+            log.warning("the tables were migrated from revision %s to %s", before, after)
+        file.keep_open()
+        file.verify()
+        file.examine()
+        self._damaged = False
 
     def close(self) -> None:
         """See `JobStore`."""
-        self._possession.release()
+        try:
+            with self._in_turn(), self._explained(), self._writing_engine.begin() as connection:
+                self._lease.release(connection)
+        except StoreUnavailable:
+            pass  # another server will see that this one is gone
+        self._lock.release()
+        if self._file is not None:
+            self._file.close()
         self._engine.dispose()
 
     def check(self) -> None:
         """See `JobStore`."""
-        with self._turn, _explained():
-            self._possession.take()
-        with self._writing() as connection:
-            changes.beat(connection)
+        with self._in_turn(), self._explained():
+            self._lock.hold()
+            if self._damaged and self._file is not None:
+                self._file.examine()
+                self._damaged = False
+        with self._changing() as (connection, _):
+            self._lease.beat(connection)
 
     # ------------------------------------------------------------------------------------------------------------ jobs
 
-    def add(self, job: Job, events: Sequence[JobEvent], key: str | None = None, body_hash: str = "") -> None:
+    def add(self, job: Job, events: Sequence[JobEvent], key: str | None = None, body_hash: str = "") -> Job:
         """See `JobStore`."""
         try:
-            with self._writing() as connection:
-                changes.add(connection, job, key, body_hash)
+            with self._changing() as (connection, number):
+                stored = changes.add(connection, number, job, self.owner, key, body_hash)
                 changes.tell(connection, [(job.id, event) for event in events])
+                return stored
         except IntegrityError as error:
             raise KeyTaken from error
 
@@ -93,11 +121,11 @@ class SqlJobStore:
             row = session.get(JobRow, job_id, options=WHOLE)
             return None if row is None else whole_of(row)
 
-    def page(self, limit: int, after: tuple[datetime, str] | None, chosen: JobFilter) -> list[Job]:
+    def page(self, limit: int, after: int | None, chosen: JobFilter) -> list[Job]:
         """See `JobStore`."""
-        rows = select(JobRow).order_by(JobRow.created_at.desc(), JobRow.id.desc()).limit(limit)
+        rows = select(JobRow).order_by(JobRow.sequence.desc(), JobRow.id.desc()).limit(limit)
         if after is not None:
-            rows = rows.where(tuple_(JobRow.created_at, JobRow.id) < tuple_(*_typed(after)))
+            rows = rows.where(JobRow.sequence < after)
         if chosen.statuses is not None:
             rows = rows.where(JobRow.status.in_([status.value for status in chosen.statuses]))
         if chosen.name is not None:
@@ -113,9 +141,17 @@ class SqlJobStore:
 
     def unfinished(self) -> list[Job]:
         """See `JobStore`."""
-        rows = select(JobRow).where(JobRow.status.in_(changes.ACTIVE)).order_by(JobRow.created_at, JobRow.id)
+        rows = select(JobRow).where(JobRow.status.in_(changes.ACTIVE)).order_by(JobRow.sequence, JobRow.id)
         with self._reading() as session:
             return [head_of(row) for row in session.scalars(rows)]
+
+    def mentions(self, text: str) -> bool:
+        """See `JobStore`."""
+        found = select(JobRow.id).where(
+            JobRow.status.in_(changes.ACTIVE), JobRow.request.contains(text, autoescape=True)
+        )
+        with self._reading() as session:
+            return session.scalar(found.limit(1)) is not None
 
     def finished(self) -> int:
         """See `JobStore`."""
@@ -126,45 +162,48 @@ class SqlJobStore:
 
     def claim(self, job_id: str, events: Sequence[JobEvent]) -> Job | None:
         """See `JobStore`."""
-        return self._change(changes.claim, job_id, events)
+        return self._change(job_id, events, lambda connection, _: changes.claim(connection, job_id, self.owner))
 
-    def put_back(self, job_id: str, attempts: int, events: Sequence[JobEvent], *, counted: bool) -> Job | None:
+    def put_back(self, job: Job, events: Sequence[JobEvent], *, counted: bool) -> Job | None:
         """See `JobStore`."""
-        return self._change(changes.put_back, job_id, events, attempts, attempts if counted else attempts - 1)
+        left = job.attempts if counted else job.attempts - 1
+        return self._change(job.id, events, lambda connection, _: changes.put_back(connection, job, left))
 
-    def finish(self, job_id: str, attempts: int, ending: Ending, events: Sequence[JobEvent]) -> Job | None:
+    def finish(self, job: Job, ending: Ending, events: Sequence[JobEvent]) -> Job | None:
         """See `JobStore`."""
-        return self._change(changes.finish, job_id, events, attempts, ending)
+        return self._change(job.id, events, lambda connection, number: changes.finish(connection, number, job, ending))
 
     def cancel(self, job_id: str, event: JobEvent) -> Job | None:
         """See `JobStore`."""
-        return self._change(changes.cancel, job_id, [event])
+        return self._change(
+            job_id, [event], lambda connection, number: changes.cancel(connection, number, job_id, CALLED_OFF)
+        )
 
     def _change(
-        self, change: Callable[..., Job | None], job_id: str, events: Sequence[JobEvent], *arguments: Any
+        self, job_id: str, events: Sequence[JobEvent], change: Callable[[Connection, int], Job | None]
     ) -> Job | None:
         """Change a job and tell of it, or neither."""
-        with self._writing() as connection:
-            job = change(connection, job_id, *arguments)
+        with self._changing() as (connection, number):
+            job = change(connection, number)
             if job is not None:
                 changes.tell(connection, [(job_id, event) for event in events])
             return job
 
     def delete(self, job_id: str) -> bool:
         """See `JobStore`."""
-        with self._writing() as connection:
+        with self._changing() as (connection, _):
             return changes.forget(connection, job_id)
 
     def trim(self, keep: int) -> int:
         """See `JobStore`."""
-        with self._writing() as connection:
+        with self._changing() as (connection, _):
             return changes.trim(connection, keep)
 
     # ---------------------------------------------------------------------------------------------------------- events
 
     def add_events(self, events: Sequence[tuple[str, JobEvent]]) -> None:
         """See `JobStore`."""
-        with self._writing() as connection:
+        with self._changing() as (connection, _):
             known = changes.known(connection, {job_id for job_id, _ in events})
             changes.tell(connection, [(job_id, event) for job_id, event in events if job_id in known])
 
@@ -179,30 +218,48 @@ class SqlJobStore:
 
     @contextmanager
     def _reading(self) -> Iterator[Session]:
-        with _explained(), Session(self._engine) as session:
+        with self._explained(), Session(self._engine) as session:
             yield session
 
     @contextmanager
-    def _writing(self) -> Iterator[Connection]:
-        """A transaction that is stored as a whole when the block ends, or not at all."""
-        with self._turn, _explained(), self._writing_engine.begin() as connection:
-            yield connection
+    def _changing(self) -> Iterator[tuple[Connection, int]]:
+        """A transaction of the owner, with its number, that is stored as a whole when the block ends, or not at all."""
+        with self._in_turn():
+            self._verify()
+            with self._explained(), self._writing_engine.begin() as connection:
+                yield connection, self._lease.fence(connection)
+            self._verify()
 
+    def _verify(self) -> None:
+        """See that what is written can be found again."""
+        self._lock.verify()
+        if self._file is not None:
+            self._file.verify()
 
-def _typed(key: tuple[datetime, str]) -> tuple[Any, Any]:
-    """A key as parameters of the types of its columns."""
-    return literal(key[0], JobRow.created_at.type), literal(key[1], JobRow.id.type)
+    @contextmanager
+    def _in_turn(self) -> Iterator[None]:
+        if not self._turn.acquire(timeout=TURN_WITHIN):
+            raise StoreUnavailable(f"The store of the jobs was busy for {TURN_WITHIN:g} s.")
+        try:
+            yield
+        finally:
+            self._turn.release()
 
-
-@contextmanager
-def _explained() -> Iterator[None]:
-    """Errors of the database become `StoreUnavailable`; the log gets the words of the database."""
-    try:
-        yield
-    except IntegrityError:
-        raise
-    except SQLAlchemyError as error:
-        cause = str(error.orig if isinstance(error, DBAPIError) else error).strip()
-        log.warning("the store failed: %s", cause)
-        told = f": {cause}" if isinstance(getattr(error, "orig", None), sqlite3.Error) else ""  # others name hosts
-        raise StoreUnavailable(f"The store of the jobs cannot be used at the moment{told}.") from error
+    @contextmanager
+    def _explained(self) -> Iterator[None]:
+        """Errors of the database become `StoreUnavailable`; the log gets the words of the database."""
+        try:
+            yield
+        except IntegrityError:
+            raise
+        except (SQLAlchemyError, sqlite3.Error) as error:
+            original = error.orig if isinstance(error, DBAPIError) else error
+            cause = str(original).strip()
+            log.warning("the store failed: %s", cause)
+            self._damaged = self._damaged or is_damage(original)
+            told = f": {cause}" if isinstance(original, sqlite3.Error) else ""  # others name hosts
+            broke = (
+                isinstance(error, DBAPIError) and error.connection_invalidated and not isinstance(original, NoAnswer)
+            )
+            detail = f"The store of the jobs cannot be used at the moment{told}."
+            raise StoreUnavailable(detail, lasting=not broke) from error

@@ -5,7 +5,7 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from typing import Any
 
-from sqlalchemy import CheckConstraint, DateTime, ForeignKey, Index, String, Text, UniqueConstraint
+from sqlalchemy import BigInteger, CheckConstraint, DateTime, ForeignKey, Index, String, Text, UniqueConstraint
 from sqlalchemy.engine import Dialect
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 from sqlalchemy.types import TypeDecorator
@@ -45,8 +45,9 @@ class JobRow(Base):
         CheckConstraint(f"status IN ({STATES})", name="jobs_status"),
         UniqueConstraint("client", "idempotency_key", name="jobs_key"),
         Index("jobs_created", "created_at", "id"),
-        Index("jobs_finished", "finished_at"),
-        Index("jobs_state", "status", "created_at", "id"),
+        Index("jobs_sequence", "sequence"),
+        Index("jobs_ended", "ended"),
+        Index("jobs_state", "status", "sequence"),
     )
 
     id: Mapped[str] = mapped_column(String(32), primary_key=True)
@@ -55,6 +56,11 @@ class JobRow(Base):
     status: Mapped[str] = mapped_column(String(16))
     revision: Mapped[int]
     attempts: Mapped[int]
+    owner: Mapped[str | None] = mapped_column(String(32))
+    sequence: Mapped[int] = mapped_column(BigInteger, server_default="0")
+    ended: Mapped[int | None] = mapped_column(BigInteger)
+    ended_by: Mapped[str | None] = mapped_column(String(64))
+    ended_detail: Mapped[str | None] = mapped_column(Text)
     created_at: Mapped[datetime] = mapped_column(UtcTime)
     started_at: Mapped[datetime | None] = mapped_column(UtcTime)
     finished_at: Mapped[datetime | None] = mapped_column(UtcTime)
@@ -85,10 +91,18 @@ class EventRow(Base):
     data: Mapped[str] = mapped_column(Text)
 
 
-class Pulse(Base):
-    """One row that is written to see whether writing works."""
+class LeaseRow(Base):
+    """One row: who owns the store; see `service.store.lease`.
 
-    __tablename__ = "pulse"
+    Attributes:
+        owner: its token, None if nobody does. session: number of the session lock that it holds in PostgreSQL.
+        beat: rises as long as the owner lives. changes: number of the last change of anything.
+    """
+
+    __tablename__ = "lease"
 
     id: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
-    at: Mapped[datetime] = mapped_column(UtcTime)
+    owner: Mapped[str | None] = mapped_column(String(32))
+    session: Mapped[int] = mapped_column(BigInteger)
+    beat: Mapped[int] = mapped_column(BigInteger)
+    changes: Mapped[int] = mapped_column(BigInteger)

@@ -30,7 +30,8 @@ def url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
     found: str = request.getfixturevalue("postgres_url")
     engine = make_engine(found)
     with engine.begin() as connection:
-        connection.execute(text("TRUNCATE jobs, events, pulse"))
+        connection.execute(text("TRUNCATE jobs, events"))
+        connection.execute(text("UPDATE lease SET owner = NULL"))
     engine.dispose()
     return found
 

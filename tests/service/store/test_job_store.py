@@ -15,7 +15,7 @@ Open = Callable[[], JobStore]
 
 NOON = datetime(2026, 11, 22, 12, 0, 0, 123456, UTC)
 RESULT = '{"text": "π ≠ 3 \\u0000 \\"quoted\\"", "number": 1e-300}'
-DONE = Ending(JobStatus.SUCCEEDED, RESULT, "optimal", 155.2)
+DONE = Ending(JobStatus.SUCCEEDED, RESULT, "optimal", 155.2, ended_by="answer")
 ANY = JobFilter()
 
 
@@ -35,9 +35,7 @@ def job(number: int = 0, **given: object) -> Job:
 
 
 def added(store: JobStore, *jobs: Job) -> list[Job]:
-    for one in jobs:
-        store.add(one, [])
-    return list(jobs)
+    return [store.add(one, []) for one in jobs]
 
 
 def event(number: int, kind: str = "stage") -> JobEvent:
@@ -52,8 +50,7 @@ def running(store: JobStore, number: int = 0) -> Job:
 
 
 def test_a_job_comes_back_as_it_was(store: JobStore) -> None:
-    new = job()
-    store.add(new, [event(1, "queued")], "key", "hash")
+    new = store.add(job(), [event(1, "queued")], "key", "hash")
     assert store.get(new.id) == new
     assert store.events(new.id, 0, 10) == [event(1, "queued")]
     assert store.get("unknown") is None
@@ -75,8 +72,10 @@ def test_the_whole_life_of_a_job(store: JobStore) -> None:
     (new,) = added(store, job())
     claimed = store.claim(new.id, [event(100)])
     assert claimed is not None
-    assert claimed == replace(new, status=JobStatus.RUNNING, attempts=1, revision=2, started_at=claimed.started_at)
-    head = store.finish(new.id, 1, DONE, [event(101), event(102)])
+    assert claimed == replace(
+        new, status=JobStatus.RUNNING, attempts=1, revision=2, started_at=claimed.started_at, owner=store.owner
+    )
+    head = store.finish(claimed, DONE, [event(101), event(102)])
     assert head is not None
     assert head.started_at is not None
     assert head.finished_at is not None
@@ -90,6 +89,7 @@ def test_the_whole_life_of_a_job(store: JobStore) -> None:
         result=RESULT,
         outcome="optimal",
         objective=155.2,
+        ended_by="answer",
     )
     assert [e.number for e in store.events(new.id, 0, 10)] == [100, 101, 102]
 
@@ -97,7 +97,7 @@ def test_the_whole_life_of_a_job(store: JobStore) -> None:
 def test_a_failure_is_kept_with_its_reason(store: JobStore) -> None:
     claimed = running(store)
     failure = Failure("worker-died", "SIGKILL")
-    store.finish(claimed.id, 1, Ending(JobStatus.FAILED, failure=failure), [])
+    store.finish(claimed, Ending(JobStatus.FAILED, failure=failure), [])
     stored = store.get(claimed.id)
     assert stored is not None
     assert (stored.status, stored.failure, stored.result) == (JobStatus.FAILED, failure, None)
@@ -106,17 +106,17 @@ def test_a_failure_is_kept_with_its_reason(store: JobStore) -> None:
 def test_only_queued_jobs_are_claimed_and_only_once(store: JobStore) -> None:
     claimed = running(store)
     assert store.claim(claimed.id, []) is None
-    store.finish(claimed.id, 1, DONE, [])
+    store.finish(claimed, DONE, [])
     assert store.claim(claimed.id, []) is None
     assert store.claim("unknown", []) is None
 
 
 def test_final_states_are_final(store: JobStore) -> None:
     claimed = running(store)
-    assert store.finish(claimed.id, 1, DONE, []) is not None
+    assert store.finish(claimed, DONE, []) is not None
     before = store.get(claimed.id)
-    assert store.finish(claimed.id, 1, Ending(JobStatus.FAILED), [event(1)]) is None
-    assert store.put_back(claimed.id, 1, [event(2)], counted=True) is None
+    assert store.finish(claimed, Ending(JobStatus.FAILED), [event(1)]) is None
+    assert store.put_back(claimed, [event(2)], counted=True) is None
     assert store.cancel(claimed.id, event(3)) is None
     assert store.get(claimed.id) == before
     assert store.events(claimed.id, 0, 10) == []
@@ -124,20 +124,20 @@ def test_final_states_are_final(store: JobStore) -> None:
 
 def test_who_lost_a_job_cannot_end_it(store: JobStore) -> None:
     claimed = running(store)
-    assert store.put_back(claimed.id, 1, [], counted=True) is not None
-    assert store.finish(claimed.id, 1, DONE, []) is None  # queued
+    assert store.put_back(claimed, [], counted=True) is not None
+    assert store.finish(claimed, DONE, []) is None  # queued
     again = store.claim(claimed.id, [])
     assert again is not None
     assert again.attempts == 2
-    assert store.finish(claimed.id, 1, DONE, []) is None  # another attempt
-    assert store.put_back(claimed.id, 1, [], counted=True) is None
-    assert store.finish(claimed.id, 2, DONE, []) is not None
+    assert store.finish(claimed, DONE, []) is None  # another attempt
+    assert store.put_back(claimed, [], counted=True) is None
+    assert store.finish(again, DONE, []) is not None
 
 
 @pytest.mark.parametrize(("counted", "attempts"), [(True, 1), (False, 0)])
 def test_a_job_that_is_put_back_is_queued_again(store: JobStore, counted: bool, attempts: int) -> None:
     claimed = running(store)
-    back = store.put_back(claimed.id, 1, [event(7)], counted=counted)
+    back = store.put_back(claimed, [event(7)], counted=counted)
     assert back is not None
     assert (back.status, back.attempts, back.started_at, back.revision) == (JobStatus.QUEUED, attempts, None, 3)
     assert store.events(claimed.id, 0, 10) == [event(7)]
@@ -153,17 +153,15 @@ def test_cancelling_ends_queued_and_running_jobs_at_once(store: JobStore) -> Non
         assert head.finished_at is not None
         assert store.events(one.id, 0, 10) == [event(1, "done")]
     assert store.claim(waiting.id, []) is None
-    assert store.finish(claimed.id, 1, DONE, []) is None
+    assert store.finish(claimed, DONE, []) is None
     assert store.cancel("unknown", event(1)) is None
 
 
 def test_a_key_belongs_to_one_job_of_a_client(store: JobStore) -> None:
-    first = job()
-    store.add(first, [event(1)], "key", "a")
+    first = store.add(job(), [event(1)], "key", "a")
     with pytest.raises(KeyTaken):
         store.add(job(1), [event(1)], "key", "b")
-    other = job(2, client="other")
-    store.add(other, [], "key", "c")
+    other = store.add(job(2, client="other"), [], "key", "c")
     keyed = store.with_key("", "key")
     assert keyed is not None
     assert (keyed.job, keyed.body_hash) == (first, "a")
@@ -190,7 +188,7 @@ def test_only_finished_jobs_are_deleted(store: JobStore) -> None:
     assert not store.delete(waiting.id)
     assert not store.delete(claimed.id)
     assert not store.delete("unknown")
-    store.finish(claimed.id, 1, DONE, [])
+    store.finish(claimed, DONE, [])
     assert store.delete(claimed.id)
     assert store.get(claimed.id) is None
     assert store.events(claimed.id, 0, 10) == []
@@ -200,7 +198,7 @@ def test_trimming_forgets_what_ended_first(store: JobStore) -> None:
     (waiting,) = added(store, job(9))
     jobs = [running(store, number) for number in range(4)]
     for one in (jobs[2], jobs[0], jobs[3], jobs[1]):
-        store.finish(one.id, 1, DONE, [event(1)])
+        store.finish(one, DONE, [event(1)])
     assert store.trim(2) == 2
     assert [store.get(one.id) is not None for one in jobs] == [False, True, False, True]
     assert store.events(jobs[2].id, 0, 10) == []
@@ -209,13 +207,13 @@ def test_trimming_forgets_what_ended_first(store: JobStore) -> None:
 
 
 def test_pages_are_the_newest_first_without_gaps_or_repetitions(store: JobStore) -> None:
-    jobs = added(store, *(job(number // 2) for number in range(9)))  # pairs of the same moment
-    wanted = [one.id for one in sorted(jobs, key=lambda one: one.key, reverse=True)]
+    jobs = added(store, *(job(-number // 2) for number in range(9)))  # whatever the clock says
+    wanted = [one.id for one in reversed(jobs)]
     seen: list[str] = []
     after = None
     while page := store.page(2, after, ANY):
         seen += [one.id for one in page]
-        after = page[-1].key
+        after = page[-1].sequence
         added(store, job(100))  # newer ones do not shift the pages behind
     assert seen == wanted
     assert store.page(1, None, ANY)[0].request == ""
@@ -224,7 +222,7 @@ def test_pages_are_the_newest_first_without_gaps_or_repetitions(store: JobStore)
 def test_pages_can_be_chosen_by_state_name_client_and_time(store: JobStore) -> None:
     added(store, job(0), job(1, name="other"), job(2, client="me"))
     claimed = running(store, 3)
-    store.finish(claimed.id, 1, DONE, [])
+    store.finish(claimed, DONE, [])
 
     def names(**chosen: object) -> list[str]:
         return [one.name for one in store.page(10, None, JobFilter(**chosen))]  # type: ignore[arg-type]
@@ -240,9 +238,9 @@ def test_pages_can_be_chosen_by_state_name_client_and_time(store: JobStore) -> N
 
 def test_unfinished_jobs_are_listed_the_oldest_first(store: JobStore) -> None:
     done = running(store, 5)
-    store.finish(done.id, 1, DONE, [])
-    late, early = added(store, job(7), job(3))
-    middle = running(store, 5)
+    store.finish(done, DONE, [])
+    early, middle = added(store, job(7))[0], running(store, 5)
+    (late,) = added(store, job(3))  # the clock was set back
     assert [(one.id, one.status) for one in store.unfinished()] == [
         (early.id, JobStatus.QUEUED),
         (middle.id, JobStatus.RUNNING),
@@ -291,9 +289,10 @@ def test_threads_do_not_disturb_each_other(store: JobStore) -> None:
         start.wait()
         try:
             for one in jobs:
-                if store.claim(one.id, [event(1)]) is not None:
+                claimed = store.claim(one.id, [event(1)])
+                if claimed is not None:
                     won.append(one.id)
-                    assert store.finish(one.id, 1, DONE, [event(2)]) is not None
+                    assert store.finish(claimed, DONE, [event(2)]) is not None
                 store.page(3, None, ANY)
         except Exception as error:  # reported by the thread that waits
             errors.append(error)

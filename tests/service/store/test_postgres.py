@@ -28,7 +28,8 @@ def cut_all_connections(url: str) -> None:
 def empty(postgres_url: str) -> str:
     engine = make_engine(postgres_url)
     with engine.begin() as connection:
-        connection.execute(text("TRUNCATE jobs, events, pulse"))
+        connection.execute(text("TRUNCATE jobs, events"))
+        connection.execute(text("UPDATE lease SET owner = NULL"))
     engine.dispose()
     return postgres_url
 

@@ -153,10 +153,10 @@ def test_a_key_that_is_being_taken_in_is_busy(client: TestClient, example: Docum
 
     add, inside, leave = SqlJobStore.add, threading.Event(), threading.Event()
 
-    def slow(self: Any, *arguments: Any) -> None:
+    def slow(self: Any, *arguments: Any) -> Any:
         inside.set()
         leave.wait(10.0)
-        add(self, *arguments)
+        return add(self, *arguments)
 
     monkeypatch.setattr(SqlJobStore, "add", slow)
     answers: list[Any] = []

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import logging
 from collections.abc import AsyncIterator
-from concurrent.futures import BrokenExecutor
 from contextlib import asynccontextmanager
 from pathlib import Path
 
@@ -17,13 +16,13 @@ from service import error_handlers, metrics, openapi, telemetry
 from service.api import docs, evaluate, events, health, layouts, meshes, robots
 from service.api.state import State
 from service.evaluations import Evaluations
-from service.intake import Intake
 from service.issues import InvalidRequest
 from service.jobs.dispatcher import Rules
 from service.jobs.jobs import Capacity, Jobs
 from service.keys import keyring
 from service.library import Library
 from service.middleware import stack
+from service.problems import Problem
 from service.requests.acceptance import Acceptance
 from service.robots import load_catalogue, take_catalogue
 from service.settings import Settings
@@ -32,6 +31,7 @@ from service.store.sql import SqlJobStore
 from service.version import package_version
 from service.workers.executor import Executor
 from service.workers.health import Monitor
+from service.workers.import_worker import ImportWorker
 from service.workers.pool import ProcessExecutor
 
 log = logging.getLogger(__name__)
@@ -73,7 +73,7 @@ def create_app(
         )
         await jobs.start()
         metrics.watch(workers=runs_on.alive, queued=lambda: jobs.waiting, running=lambda: jobs.running)
-        intake = Intake(settings.upload_time_limit, settings.max_uploads)
+        intake = ImportWorker(settings.upload_time_limit, settings.max_uploads)
         monitor = Monitor(runs_on, settings.self_test_every)
         acceptance = Acceptance(settings)
         evaluations = Evaluations(runs_on, limit=settings.evaluate_limit, most=settings.max_evaluations)
@@ -87,7 +87,7 @@ def create_app(
             await asyncio.gather(*background, return_exceptions=True)
             await jobs.close(settings.drain)
             await acceptance.stop()
-            await asyncio.to_thread(intake.stop)
+            intake.stop()
             await runs_on.stop()
 
     app = FastAPI(
@@ -110,10 +110,10 @@ def create_app(
 async def _load_robots(monitor: Monitor) -> None:
     """Load the catalogue once nothing more urgent is to be done, in a process for this alone: nobody waits for it."""
     await monitor.first_pass.wait()
-    elsewhere = Intake(LOAD_WITHIN, 1)
+    elsewhere = ImportWorker(LOAD_WITHIN, 1)
     try:
         take_catalogue(await elsewhere.run(load_catalogue))
-    except (InvalidRequest, BrokenExecutor) as error:
+    except (InvalidRequest, Problem) as error:
         log.warning("the list of robots is made when it is asked for: %s", error)
     finally:
-        await asyncio.to_thread(elsewhere.stop)
+        elsewhere.stop()

@@ -72,6 +72,7 @@ KINDS: dict[str, Kind] = {
     "evaluation-failed": Kind(
         503, "The layout could not be evaluated", "Try again; if it took too long, send fewer poses or coarser shapes."
     ),
+    "uploads-unavailable": Kind(503, "Uploads cannot be read at the moment", "Try again; the log has the details."),
     "not-writable": Kind(503, "The data directory cannot be written", "Tell the operator; the log has the details."),
     "store-unavailable": Kind(
         503, "Jobs cannot be stored at the moment", "Nothing was changed; try again after the seconds of Retry-After."

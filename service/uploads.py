@@ -14,7 +14,6 @@ from fastapi.concurrency import run_in_threadpool
 
 from models import catalogue
 from service.form import Form, read_form
-from service.intake import Intake
 from service.issues import InvalidRequest, Issue, shortened
 from service.library import Library
 from service.mesh_intake import mesh_from_file
@@ -25,6 +24,7 @@ from service.settings import Limits, Settings
 from service.shelf import NAME, Shelf
 from service.user_mesh import UserMesh, mesh_document
 from service.user_robot import as_document
+from service.workers.import_worker import ImportWorker
 
 log = logging.getLogger(__name__)
 
@@ -32,7 +32,7 @@ MOST_LABEL = 200
 """Characters of the label of a mesh."""
 
 
-async def take_robot(request: Request, library: Library, intake: Intake, settings: Settings) -> str:
+async def take_robot(request: Request, library: Library, intake: ImportWorker, settings: Settings) -> str:
     """Keep the robot in the body of a request; returns its name.
 
     Raises:
@@ -58,7 +58,9 @@ async def take_robot(request: Request, library: Library, intake: Intake, setting
     return name
 
 
-async def take_mesh(request: Request, library: Library, intake: Intake, settings: Settings) -> tuple[UserMesh, bool]:
+async def take_mesh(
+    request: Request, library: Library, intake: ImportWorker, settings: Settings
+) -> tuple[UserMesh, bool]:
     """Keep the mesh in the body of a request; returns it, and whether it is new.
 
     Raises:

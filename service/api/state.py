@@ -8,12 +8,12 @@ from typing import Annotated
 from fastapi import Depends, Request
 
 from service.evaluations import Evaluations
-from service.intake import Intake
 from service.jobs.jobs import Jobs
 from service.library import Library
 from service.requests.acceptance import Acceptance
 from service.settings import Settings
 from service.workers.health import Monitor
+from service.workers.import_worker import ImportWorker
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,7 +26,7 @@ class State:
     evaluations: Evaluations
     monitor: Monitor
     library: Library
-    intake: Intake
+    intake: ImportWorker
 
 
 def _state(request: Request) -> State:

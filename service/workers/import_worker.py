@@ -1,4 +1,4 @@
-"""Where uploads are read: in a process of its own, one after the other, ended when it takes too long.
+"""Where uploads are read: each in a process of its own, one after the other, ended when it takes too long.
 
 The readers and the decomposition are C++ that was not written for hostile files; here they can take nothing with them.
 The catalogue is listed there too: it takes seconds, in which the server has other things to do.
@@ -8,29 +8,28 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import multiprocessing
 from collections.abc import AsyncIterator, Callable
-from concurrent.futures import BrokenExecutor
 from contextlib import asynccontextmanager
 from typing import Any, TypeVar, cast
 
-from pebble import ProcessExpired, ProcessPool
-
 from service.issues import InvalidRequest, Issue
 from service.problems import Problem
+from service.workers.executor import WorkerDied
+from service.workers.worker_process import WorkerProcess
 
 log = logging.getLogger(__name__)
 
 Made = TypeVar("Made")
 
-PRELOAD = "service.workers.preload"
-"""What the server process of `multiprocessing` has loaded, which all processes are forked from."""
-
 RETRY_AFTER = "5"
+STARTS = 3
+"""Times that a process is started for an upload; after a failure the next one is forked from another fork server."""
 
 
-class Intake:
+class ImportWorker:
     """Reads uploads.
+
+    A process is forked for every upload: that takes milliseconds, and none is there that could have died meanwhile.
 
     Args:
         time_limit: s that an upload may take.
@@ -41,7 +40,8 @@ class Intake:
         self._time_limit = time_limit
         self._most = most
         self._present = 0
-        self._pool: ProcessPool | None = None
+        self._turn = asyncio.Lock()
+        self._process: WorkerProcess | None = None
 
     @asynccontextmanager
     async def place(self) -> AsyncIterator[None]:
@@ -68,44 +68,54 @@ class Intake:
 
         Raises:
             InvalidRequest: the function refuses it, takes too long, or breaks down over it.
+            Problem: no process could be started for it.
         """
-        pool = self._started()
-        try:
-            made, issues = await asyncio.wrap_future(
-                pool.schedule(_answer, (function, *arguments), timeout=self._time_limit)
-            )
-        except TimeoutError as error:
-            raise _refused(
-                f"Reading it and taking its meshes apart takes longer than {self._time_limit:g} s "
-                "(DUOCELL_UPLOAD_TIME_LIMIT). Send simplified collision meshes.",
-                "too-large",
-            ) from error
-        except ProcessExpired as error:
-            log.error("the process that read an upload ended with code %s", error.exitcode)
-            raise _refused(
-                "The process that read it broke down. Is it in order? Check it with another program.", "invalid-upload"
-            ) from error
-        except BrokenExecutor:
-            self._pool = None
-            raise
+        async with self._turn:
+            process = self._process = await _started()
+            try:
+                async with asyncio.timeout(self._time_limit):
+                    await process.warm()
+                    reply = process.begin(_answer, (function, *arguments), lambda kind, data: None)
+                    made, issues = await asyncio.shield(reply)
+            except TimeoutError as error:
+                raise _refused(
+                    f"Reading it and taking its meshes apart takes longer than {self._time_limit:g} s "
+                    "(DUOCELL_UPLOAD_TIME_LIMIT). Send simplified collision meshes.",
+                    "too-large",
+                ) from error
+            except WorkerDied as error:
+                log.error("the process that read an upload ended: %s", error.detail)
+                detail = "The process that read it broke down. Is it in order? Check it with another program."
+                raise _refused(detail, "invalid-upload") from error
+            finally:
+                self.stop()
         if issues:
             raise InvalidRequest(issues)
         return cast(Made, made)
 
     def stop(self) -> None:
-        """End the process; blocks until it is gone."""
-        pool, self._pool = self._pool, None
-        if pool is not None:
-            pool.stop()  # type: ignore[no-untyped-call]
-            pool.join()
+        """End the process that reads, if there is one."""
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
 
-    def _started(self) -> ProcessPool:
-        """The pool; it starts its process with the first upload, and another one when that has ended."""
-        if self._pool is None:
-            context = multiprocessing.get_context("forkserver")
-            context.set_forkserver_preload([PRELOAD])
-            self._pool = ProcessPool(max_workers=1, max_tasks=20, context=context)
-        return self._pool
+
+async def _started() -> WorkerProcess:
+    """A process for one upload.
+
+    Raises:
+        Problem: there is none to be had.
+    """
+    for _ in range(STARTS):
+        try:
+            return await WorkerProcess.start(tested=False)
+        except (TimeoutError, OSError, EOFError) as error:
+            log.error("no process for an upload: %r", error)
+    raise Problem(
+        "uploads-unavailable",
+        "No process could be started that reads it. Try again; the log of the server has the details.",
+        headers={"Retry-After": RETRY_AFTER},
+    )
 
 
 def _answer(function: Callable[..., Made], *arguments: Any) -> tuple[Made | None, list[Issue]]:

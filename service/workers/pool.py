@@ -7,15 +7,14 @@ import contextlib
 import logging
 import os
 from collections.abc import Callable
-from multiprocessing import forkserver
 from pathlib import Path
 from typing import Any
 
 from service import metrics
-from service.workers import worker
+from service.workers import fork_server, worker
 from service.workers.executor import Report, SolveFailed, Task, WorkerDied
 from service.workers.worker import Answer
-from service.workers.worker_process import WorkerProcess, context
+from service.workers.worker_process import WorkerProcess
 
 log = logging.getLogger(__name__)
 
@@ -61,8 +60,7 @@ class ProcessExecutor:
         if self._places:
             return
         limit_threads()
-        context()
-        forkserver.ensure_running()
+        fork_server.warm_up()
         with contextlib.suppress(RuntimeError):  # no event loop yet: the engines are loaded meanwhile
             loop = asyncio.get_running_loop()
             self._places = [loop.create_task(self._keep()) for _ in range(self._size)]

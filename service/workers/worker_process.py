@@ -5,17 +5,16 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-import multiprocessing
 import os
 import signal
-import socket
 from collections.abc import Callable
 from itertools import count
-from multiprocessing.context import ForkServerContext, ForkServerProcess
+from multiprocessing.context import ForkServerProcess
 from typing import Any, Self, TypeVar
 
-from service.workers import worker
+from service.workers import fork_server, worker
 from service.workers.executor import Report, WorkerDied
+from service.workers.fork_server import exit_code, start_process
 from service.workers.messages import frame, next_message
 from service.workers.worker import Answer, Done, Run, Stop, Told
 
@@ -23,16 +22,12 @@ log = logging.getLogger(__name__)
 
 Made = TypeVar("Made")
 
-PRELOAD = "service.workers.preload"
+UNKNOWN = 255
+"""Exit code of a process whose end nobody could tell of; so does `multiprocessing`."""
+TOLD_WITHIN = 5.0
+"""s for the exit code of a process that has closed its end of the socket."""
 
 _numbers = count(1)
-
-
-def context() -> ForkServerContext:
-    """Processes are forked from one that has no threads and has loaded the engines, never from this one."""
-    found = multiprocessing.get_context("forkserver")
-    found.set_forkserver_preload([PRELOAD])
-    return found
 
 
 class WorkerProcess:
@@ -58,16 +53,11 @@ class WorkerProcess:
 
         Args:
             tested: whether it begins with a self-test; what solves should.
+
+        Raises:
+            TimeoutError, OSError, EOFError: see `start_process`.
         """
-        ours, theirs = socket.socketpair()
-        process = context().Process(target=worker.main, args=(theirs, tested), name="duocell-worker", daemon=True)
-        try:
-            await asyncio.to_thread(process.start)
-        except BaseException:
-            ours.close()
-            raise
-        finally:
-            theirs.close()
+        process, ours = await start_process(worker.main, (tested,), "duocell-worker")
         return cls(process, *await asyncio.open_unix_connection(sock=ours))
 
     @property
@@ -123,16 +113,29 @@ class WorkerProcess:
             pass  # it is gone, or about to go
         finally:
             self._writer.close()
-        await asyncio.to_thread(self._process.join)
-        exit_code = self._process.exitcode or 0
-        self._process.close()  # two pipes, which would stay open until some later collection of garbage
+        code = await self._exit_code()
         if not self._reply.done():
-            self._reply.set_exception(WorkerDied(_obituary(exit_code)))
+            self._reply.set_exception(WorkerDied(_obituary(code)))
             self._reply.exception()  # nobody need be waiting for it
-        return exit_code
+        return code
+
+    async def _exit_code(self) -> int:
+        """How the process ended, once it is known to have."""
+        code = await exit_code(self._process, TOLD_WITHIN)
+        if code is None:  # it hangs, or the fork server, which has to tell of its end, does
+            if self.pid is not None:
+                with contextlib.suppress(ProcessLookupError):
+                    os.kill(self.pid, signal.SIGKILL)
+            await fork_server.kill()
+            code = await exit_code(self._process, TOLD_WITHIN)
+        if code is None:
+            return UNKNOWN
+        with contextlib.suppress(ValueError):
+            self._process.close()  # two pipes, which would stay open until some later collection of garbage
+        return code
 
 
-def _obituary(exit_code: int) -> str:
+def _obituary(code: int) -> str:
     """How a process ended, in words."""
-    end = f"exit code {exit_code}" if exit_code >= 0 else f"signal {signal.Signals(-exit_code).name}"
+    end = f"exit code {code}" if code >= 0 else f"signal {signal.Signals(-code).name}"
     return f"The worker process was ended by {end} in the middle of the solve."

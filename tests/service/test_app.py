@@ -11,11 +11,11 @@ from fastapi.testclient import TestClient
 
 from models import catalogue, errors
 from service.app import create_app
-from service.intake import Intake
 from service.problems import KINDS
 from service.robots import load_catalogue
 from service.settings import Settings
 from service.workers.executor import SolveFailed
+from service.workers.import_worker import ImportWorker
 
 Make = Callable[..., TestClient]
 
@@ -27,7 +27,7 @@ def test_the_catalogue_is_listed(client: TestClient) -> None:
 
 
 def test_the_catalogue_is_the_same_from_the_process_that_loads_it(client: TestClient) -> None:
-    intake = Intake(60.0, 1)
+    intake = ImportWorker(60.0, 1)
     try:
         assert asyncio.run(intake.run(load_catalogue)) == client.get("/v1/robots").json()["items"]
     finally:

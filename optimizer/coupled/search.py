@@ -21,6 +21,8 @@ from optimizer.settings import Settings
 
 PRECISE = 1e-9
 """Relative fall of the merit at which the answer's last descent ends."""
+AGAIN, STILL = 6, 1e-7
+"""So often at most, while that gains more than this share: along the end of reach descents take many short steps."""
 RIVALS = 1e-3
 """Relative; layouts that cost no more than this above the best one are brought to their optima as well."""
 
@@ -95,11 +97,17 @@ def _polish(scene: Scene, search: CoupledSearch, least: float, terms: Terms) -> 
     if known is None or known.objective <= least * (1.0 + PRECISE):
         return
     for one in [found for found in search.found if found.objective <= known.objective * (1.0 + RIVALS)]:
-        if terms.late:
-            return
-        refined = refine(scene, one.points, terms.deadline, worth=PRECISE)
-        if refined.clean and refined.objective < one.objective:
+        for _ in range(AGAIN):
+            if terms.late:
+                return
+            refined = refine(scene, one.points, terms.deadline, worth=PRECISE)
+            if not refined.clean or refined.objective >= one.objective:
+                break
+            gained = one.objective - refined.objective
             search.improve(one, refined)
+            one = refined
+            if gained <= STILL * one.objective:
+                break
 
 
 def _as_given(scene: Scene, form: CanonicalForm, refined: Refined, deadline: float) -> Refined:

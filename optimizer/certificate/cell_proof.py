@@ -26,10 +26,12 @@ from optimizer.watch import check_stop
 
 ROUNDING = 1e-7
 """Relative slack of the bound that is reported: constants of catalogue robots are known to about as much."""
-TIGHT = 0.25
-"""An arm's own bound need not come nearer to its own best layout than this share of the gap."""
-ALONE = 0.75
-"""Share of the budget for the arms by themselves, where pairs can do more."""
+TIGHT, LOOSE = 0.25, 1.0
+"""An arm's own bound need not come nearer to its own best layout than so many gaps: where the arms by themselves may
+do, and where pairs have to go on anyway."""
+ALONE, BLIND, BRIEF = 0.75, 0.5, 0.2
+"""Shares of the budget for the arms by themselves where pairs can do more: while they may suffice, as long as some arm
+has no layout by itself yet, and where they cannot suffice."""
 LOWER = 1e-3
 """Relative; what the arms do by themselves is looked at together again once one of them does so much better."""
 PAIR = 0.25
@@ -171,13 +173,21 @@ class _Proof:
 
     def arms_alone(self) -> None:
         """Work off the trees of the arms in turn, the one with the fewest boxes first."""
-        share = ALONE if self._more_by_pairs() else 1.0
         open_ = set(range(len(self.trees)))
-        while open_ and not self.settled and not self.spent(share):
+        while open_ and not self.settled and not self.spent(self._share_alone()):
             index = min(open_, key=lambda k: (self.trees[k].work, k))
             if not self._work_off(index):
                 open_.discard(index)
             self._tell()
+
+    def _share_alone(self) -> float:
+        """Share of the budget that the arms by themselves may take."""
+        if not self._more_by_pairs():
+            return 1.0
+        if not self._alone_may_do():
+            return BRIEF
+        blind = self.known and any(tree.alone is None for tree in self.trees)
+        return BLIND if blind else ALONE
 
     def _more_by_pairs(self) -> bool:
         """True if arms can be excluded by each other."""
@@ -198,11 +208,12 @@ class _Proof:
             more = tree.work_off(np.inf, by_size=True)
             self.alone[index] = np.inf if tree.empty else 0.0
             return more and (tree.alone is None or len(self.trees) == 1)
-        cutoff = self.cutoff - others
-        enough = tree.alone_objective * (1.0 - TIGHT * self.settings.gap)
-        more = tree.work_off(min(cutoff, enough), smallest=FINEST if self._alone_may_do() else SMALLEST)
+        may_do = self._alone_may_do()
+        tight = TIGHT if may_do else LOOSE
+        enough = min(self.cutoff - others, tree.alone_objective * (1.0 - tight * self.settings.gap))
+        more = tree.work_off(enough, smallest=FINEST if may_do else SMALLEST)
         self.alone[index] = max(self.alone[index], tree.lower)
-        return more and self.alone[index] < min(cutoff, tree.alone_objective * (1.0 - TIGHT * self.settings.gap))
+        return more and self.alone[index] < enough
 
     def pairs_of_arms(self) -> None:
         """Work off the pairs of boxes of every two arms that meet or are tied to each other."""

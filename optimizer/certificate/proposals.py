@@ -8,15 +8,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from models.arm import TURN
 from models.arrays import Ints
 from models.posture import ALL_SIGNS
 from optimizer.certificate.arm_tree import AloneLayout, ArmTree
+from optimizer.certificate.pairs.ties import mirrored_yaws
 from optimizer.coupled.nearby import nearby
 from optimizer.coupled.scene import Scene
 from optimizer.coupled.sqp.refine import Refined, refine
 from optimizer.program import ArmPoint
 from optimizer.progress.incumbents import layout_found
-from optimizer.reduced import evaluate_signed
+from optimizer.reduced import ReducedProblem, evaluate_signed
 
 BEST, RANDOM = 6, 6
 """Pairs of a round whose centres are tried: those with the smallest bounds, and others."""
@@ -42,6 +44,7 @@ class Proposals:
         scene: the cell. trees: of its arms. known: layouts that are clean, best first.
         centres: nearly usable layout of an arm in the centre of a box, by arm and number; None where there is none.
         tried: starts that were refined. in_vain: of these, the last ones in a row that led to nothing better.
+        looks: rounds of pairs since one led to something better.
         rng: source of chance, seeded. deadline: `time.perf_counter` value, soft.
     """
 
@@ -52,6 +55,7 @@ class Proposals:
     centres: dict[tuple[int, int], AloneLayout | None] = field(default_factory=dict)
     tried: list[Sequence[ArmPoint]] = field(default_factory=list)
     in_vain: int = 0
+    looks: int = 0
     rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
 
     @property
@@ -70,7 +74,7 @@ class Proposals:
 
     def look(self, first: Ints, second: Ints) -> bool:
         """Try some of the pairs (P,), best first; True if something better was found."""
-        if not len(first) or self.in_vain >= IN_VAIN:
+        if not len(first) or self.in_vain >= IN_VAIN or not self._worth_a_look():
             return False
         better = False
         for k in [*range(min(BEST, len(first))), *self.rng.integers(len(first), size=RANDOM)]:
@@ -78,15 +82,40 @@ class Proposals:
             if start is None or time.perf_counter() > self.deadline or self.in_vain >= IN_VAIN:
                 continue
             better |= self.refine(start)
+        if better:
+            self.looks = 0
         return better
+
+    def _worth_a_look(self) -> bool:
+        """True ever more rarely once a layout is known and looks find nothing better: they cost more than pairs do."""
+        self.looks += 1
+        return not self.known or self.looks & (self.looks - 1) == 0
 
     def _start(self, first: int, second: int) -> list[ArmPoint] | None:
         """A layout in the centres of two boxes that is nearly clean and better than what is known."""
-        one, other = self._centre(0, first), self._centre(1, second)
+        totals = mirrored_yaws(self.scene.cell.couplings, (0, 1))
+        pair = self._mirrored(first, second, totals[0]) if totals else (self._centre(0, first), self._centre(1, second))
+        one, other = pair
         if one is None or other is None or one.objective + other.objective >= self.objective * (1.0 - WORTH):
             return None
         points = [one.point, other.point]
         return points if self._nearly_clean(points) else None
+
+    def _mirrored(self, first: int, second: int, total: float) -> tuple[AloneLayout | None, AloneLayout | None]:
+        """Layouts in the centres of two boxes whose yaws have a sum [rad, modulo 2π]: the dearer arm turns less."""
+        centres = [_at_centre(tree, node) for tree, node in zip(self.trees, (first, second), strict=True)]
+        if any(centre is None for centre in centres):
+            return None, None
+        one, other = (centre for centre in centres if centre is not None)
+        off = total - one.point.yaw - other.point.yaw
+        off -= TURN * round(off / TURN)
+        prices = [tree.problem.arm.weights[0] * len(tree.problem.positions) for tree in self.trees]
+        share = prices[1] / max(sum(prices), 1e-300)
+        layouts = _turned_by(self.trees[0], one, share * off), _turned_by(self.trees[1], other, (1.0 - share) * off)
+        if sum(layout.objective for layout in layouts) >= self.objective * (1.0 - WORTH):
+            return None, None
+        clean = [tree.check.nearly(layout.point, NEARLY) for tree, layout in zip(self.trees, layouts, strict=True)]
+        return layouts if all(clean) else (None, None)
 
     def _nearly_clean(self, points: Sequence[ArmPoint]) -> bool:
         """True if refining a start may mend what it lacks, and none like it was refined already."""
@@ -114,19 +143,37 @@ class Proposals:
         return self.centres[arm, node]
 
     def _turned(self, tree: ArmTree, node: int) -> AloneLayout | None:
-        boxes, problem = tree.nodes.boxes(np.array([node])), tree.problem
-        paths = evaluate_signed(problem, boxes.centre, boxes.signs)
-        if paths.violation[0, 0] > 0.0:
+        centre = _at_centre(tree, node)
+        if centre is None:
             return None
-        arm, joints = problem.arm, paths.joints[:, 0, 0].T
-        counts = np.ones(len(joints)) if problem.weights is None else problem.weights
-        first = joints[:, 0] + TURNS[:, None] - arm.reference[0]
-        more = arm.weights[0] * (first**2 - first[0] ** 2) @ counts
-        for k in np.argsort(more, kind="stable"):
-            turned = joints.copy()
-            turned[:, 0] += TURNS[k]
-            yaw = arm.base.yaw_in_interval(float(paths.yaw[0, 0]) - problem.sigma * float(TURNS[k]))
-            point = ArmPoint(boxes.centre[0], yaw, turned, ALL_SIGNS[boxes.posture[0]])
-            if tree.check.nearly(point, NEARLY):
-                return AloneLayout(point, float(paths.objective[0, 0] + more[k]))
+        turned = [_turned_by(tree, centre, float(turn)) for turn in TURNS]
+        for layout in sorted(turned, key=lambda layout: layout.objective):
+            if tree.check.nearly(layout.point, NEARLY):
+                return layout
         return None
+
+
+def _at_centre(tree: ArmTree, node: int) -> AloneLayout | None:
+    """The layout of an arm in the centre of a box at its best yaw; None where limits or steps do not allow it."""
+    boxes, problem = tree.nodes.boxes(np.array([node])), tree.problem
+    paths = evaluate_signed(problem, boxes.centre, boxes.signs)
+    if paths.violation[0, 0] > 0.0:
+        return None
+    joints = paths.joints[:, 0, 0].T
+    point = ArmPoint(boxes.centre[0], float(paths.yaw[0, 0]), joints, ALL_SIGNS[boxes.posture[0]])
+    return AloneLayout(point, float(paths.objective[0, 0]))
+
+
+def _turned_by(tree: ArmTree, layout: AloneLayout, turn: float) -> AloneLayout:
+    """A layout whose base is turned [rad], with its objective."""
+    problem, point = tree.problem, moved_yaw(tree.problem, layout.point, turn)
+    counts = np.ones(len(point.joints)) if problem.weights is None else problem.weights
+    before, after = ((p.joints[:, 0] - problem.arm.reference[0]) ** 2 @ counts for p in (layout.point, point))
+    return AloneLayout(point, float(layout.objective + problem.arm.weights[0] * (after - before)))
+
+
+def moved_yaw(problem: ReducedProblem, point: ArmPoint, turn: float) -> ArmPoint:
+    """The same layout of an arm on a base that is turned [rad]."""
+    joints = point.joints.copy()
+    joints[:, 0] -= problem.sigma * turn
+    return ArmPoint(point.position, problem.arm.base.yaw_in_interval(point.yaw + turn), joints, point.signs)

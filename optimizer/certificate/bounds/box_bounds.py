@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from models.arrays import Bools, Floats, Ints
-from optimizer.certificate.bounds.angles.expansion import Enclosed, enclose, expand
+from optimizer.certificate.bounds.angles.expansion import Enclosed, Expansion, enclose, expand
 from optimizer.certificate.bounds.angles.joints import SLACK, Kinematics
 from optimizer.certificate.bounds.angles.targets import Targets
 from optimizer.certificate.bounds.angles.twist import twist_cost, twist_of
@@ -16,7 +16,7 @@ from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.bounds.common_shift import common_cost
 from optimizer.certificate.bounds.lifts import cheapest_lifts
 from optimizer.certificate.bounds.rules import Rules
-from optimizer.certificate.bounds.tangent import tangent_bounds
+from optimizer.certificate.bounds.tangent import Linearised, linearised, tangent_bounds
 from optimizer.certificate.bounds.together import JOINTS, together_of, wrist_lost
 from optimizer.certificate.bounds.turns import FirstOrder
 from optimizer.certificate.bounds.yaw import shift_cost, torn, unwrapped
@@ -117,15 +117,25 @@ class BoxBounder:
         keep = found.lower[rows] < cutoff
         if np.any(keep):
             enclosed, rows, half = enclosed[keep], rows[keep], boxes.half[~lost][keep]
-            expansion = expand(self.kinematics, enclosed)
-            if targets.upright:
-                half = half[:, : targets.dims]
-            else:
-                expansion = expansion.in_world(targets.mount)
-            tangent = tangent_bounds(self.rules, half, enclosed, expansion, costs[keep])
+            tangent = tangent_bounds(self.rules, *self._expanded(half, enclosed), costs[keep])
             found.lower[rows] = np.maximum(found.lower[rows], tangent.lower)
             found.expected[rows] = tangent.expected
             found.promising[rows, : tangent.step.shape[1]] += tangent.step
+
+    def linearised(self, boxes: Boxes) -> Linearised:
+        """The linearised problems of boxes within reach: what `bounds` solves for each of them by itself."""
+        local = self.kinematics.targets.local(boxes)
+        enclosed = enclose(self.kinematics, local, self.kinematics.angles(local))
+        nothing = BoxBounds.nothing(boxes, len(self.kinematics.targets.wrist))
+        costs = self._first_order(enclosed, nothing, np.arange(len(boxes)))
+        return linearised(self.rules, *self._expanded(boxes.half, enclosed), costs)
+
+    def _expanded(self, half: Floats, enclosed: Enclosed) -> tuple[Floats, Enclosed, Expansion]:
+        """Half sides along the directions of the slopes, the enclosure, and its expansion."""
+        targets, expansion = self.kinematics.targets, expand(self.kinematics, enclosed)
+        if targets.upright:
+            return half[:, : targets.dims], enclosed, expansion
+        return half, enclosed, expansion.in_world(targets.mount)
 
     def _first_order(self, enclosed: Enclosed, found: BoxBounds, rows: Ints) -> FirstOrder:
         """Cost of each joint by the size of its interval; inf, and noted, where that allows no path."""

@@ -42,6 +42,27 @@ class Tangent:
     expected: Floats
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Linearised:
+    """The linearised problems of N boxes, and what is not in them.
+
+    Attributes:
+        linear: joints times poses, in the V variables base position [m] relative to the centre and shift of joint 1.
+        start: (N, V) where to start from. constant: (N,) cost of what is not in it. others: (N,) that of other turns.
+        turned: (N,) True where every yaw that a base may take is a shift of joint 1 within the variables' ends.
+    """
+
+    linear: Linear
+    start: Floats
+    constant: Floats
+    others: Floats
+    turned: Bools
+
+    def __getitem__(self, rows: Ints) -> Linearised:
+        names = "start", "constant", "others", "turned"
+        return Linearised(self.linear[rows], **{name: getattr(self, name)[rows] for name in names})
+
+
 def tangent_bounds(rules: Rules, half: Floats, found: Enclosed, expansion: Expansion, costs: FirstOrder) -> Tangent:
     """Lower bounds of E.
 
@@ -51,19 +72,18 @@ def tangent_bounds(rules: Rules, half: Floats, found: Enclosed, expansion: Expan
         found: enclosed joint values. expansion: their second-order expansion.
         costs: first-order bounds, for the joints that cannot be linearised.
     """
-    linear, start, constant, others = _linearised(rules, half, found, expansion, costs)
-    y, bound = linear.solve(start)
-    lower = np.minimum(np.maximum(bound, 0.0) + constant, others)
+    problem = linearised(rules, half, found, expansion, costs)
+    linear, constant = problem.linear, problem.constant
+    y, bound = linear.solve(problem.start)
+    lower = np.minimum(np.maximum(bound, 0.0) + constant, problem.others)
     expected = np.sum(linear.weights * linear.line(y) ** 2, axis=1) + constant
     best = np.argsort(expected)[:REFINED]
     y[best] = linear[best].inside(y[best])
     return Tangent(lower, y[:, :-1], expected)
 
 
-def _linearised(
-    rules: Rules, half: Floats, found: Enclosed, expansion: Expansion, costs: FirstOrder
-) -> tuple[Linear, Floats, Floats, Floats]:
-    """The linear problem, (N, V) where to start from, (N,) the cost of what is not in it, (N,) that of other turns."""
+def linearised(rules: Rules, half: Floats, found: Enclosed, expansion: Expansion, costs: FirstOrder) -> Linearised:
+    """Set up the linearised problems of boxes; arguments as for `tangent_bounds`."""
     values, linked = unwrapped(found.values, rules.max_step, rules.joined)
     exact = found.exact + (values.centre - found.values.centre)
     turns = choose_turns(rules, values, linked[0], exact, costs)
@@ -118,7 +138,9 @@ def _linearised(
         low=np.column_stack([-half, turns.low]),
         high=np.column_stack([half, turns.high]),
     )
-    return linear, np.column_stack([np.zeros((n, dims)), turns.best]), constant, turns.others
+    turned = used[0, :, 0] & (turns.alone[0, :, 0] | rules.shifts.free) & (len(rules.jobs) == 1)
+    start = np.column_stack([np.zeros((n, dims)), turns.best])
+    return Linearised(linear, start, constant, turns.others, turned)
 
 
 def _rows(array: Floats) -> Floats:

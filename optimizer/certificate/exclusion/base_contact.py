@@ -62,13 +62,16 @@ class BaseContact:
         level = abs(abs(float(self.arm.mount[2, 2])) - 1.0) < LEVEL
         return self.floor is not None and level and bool(np.max(np.abs(self.footprint.corners)) > 1e-6)
 
-    def live(self, motion: Motion, cells: YawCells, mounted: Bools, levels: dict[int, float]) -> Bools:
+    def live(
+        self, motion: Motion, cells: YawCells, mounted: Bools, levels: dict[int, float], every: bool = False
+    ) -> Bools:
         """(N, n) False for cells of yaws in which the base surely hits something or leaves the floor.
 
         Args:
             motion: over N boxes. cells: of their yaws.
             mounted: (N, P) True for pairs of the collision model that may be what the base is mounted on.
             levels: m below which a slack excludes, by number of the cause, 0 by default; -inf leaves a cause out.
+            every: ask for whole bodies in dear cells too where a cheaper one is left.
         """
         yaw = -self.sigma * cells.shift
         live = np.isfinite(cells.cost)
@@ -81,7 +84,7 @@ class BaseContact:
             places = self._turned(motion, yaw)
             self._hit(motion, places, moved, live, mounted, levels)
             self._hit_itself(motion, places, moved, live, levels)
-        self._hit_whole(motion, cells, yaw, live, mounted, levels)
+        self._hit_whole(motion, cells, yaw, live, mounted, levels, every)
         return live
 
     def _turned(self, motion: Motion, yaw: Floats) -> Floats:
@@ -147,18 +150,26 @@ class BaseContact:
                 np.logical_and.at(live, k, ~np.any(gaps < -TOLERANCE, axis=2))
 
     def _hit_whole(
-        self, motion: Motion, cells: YawCells, yaw: Floats, live: Bools, mounted: Bools, levels: dict[int, float]
+        self,
+        motion: Motion,
+        cells: YawCells,
+        yaw: Floats,
+        live: Bools,
+        mounted: Bools,
+        levels: dict[int, float],
+        every: bool,
     ) -> None:
-        """In small boxes, take away the cheapest cells in which a whole body of the base hits something."""
+        """In small boxes, take away the cheapest cells, or all, in which a whole body of the base hits something."""
         small = np.flatnonzero((np.max(motion.boxes.half, axis=1) < SMALL) & np.any(live, axis=1))
         pairs: dict[int, list[_Near]] = {}
         for box, pair in self._near(motion, small, mounted, levels):
             pairs.setdefault(box, []).append(pair)
         for box, near in pairs.items():
             for cell in np.argsort(np.where(live[box], cells.cost[box], np.inf), kind="stable"):
-                if not live[box, cell] or not self._lost(motion, box, float(yaw[box, cell]), cells.half[box], near):
+                if live[box, cell] and self._lost(motion, box, float(yaw[box, cell]), cells.half[box], near):
+                    live[box, cell] = False
+                elif not every:
                     break  # the cheapest cell that is left decides
-                live[box, cell] = False
 
     def _lost(self, motion: Motion, box: int, yaw: float, half: float, near: list[_Near], cut: int = 0) -> bool:
         """True if for all yaws [rad] within ``half`` some body hits another; cut in two where that may be so."""

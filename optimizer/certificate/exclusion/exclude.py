@@ -136,7 +136,7 @@ class Excluder:
     def _test(self, boxes: Boxes, rows: Ints, cutoff: float, levels: Mapping[int, float], found: Exclusion) -> None:
         """Test some of the boxes."""
         moved = self.moved(boxes[rows])
-        mounted = self._mounted(moved)
+        mounted = self.mounted(moved)
         places = self.bodies.points.placed(moved.frames)
         left = np.arange(len(rows))
         for other in sorted(self.bodies.others, key=lambda other: -self.hits.get(other.cause, 0)):
@@ -153,7 +153,7 @@ class Excluder:
         if self.base.useful and len(left) and levels.get(YAW, 0.0) > -np.inf:
             self._test_yaws(moved[left], rows[left], cutoff, mounted[left], levels, found)
 
-    def _mounted(self, moved: Motion) -> Bools:
+    def mounted(self, moved: Motion) -> Bools:
         """(N, P) True for pairs of the model that may be the base and what it is mounted on."""
         if self.model is None:
             return np.zeros((len(moved), 0), dtype=np.bool_)

@@ -92,11 +92,8 @@ def _nearest_turn(
     shift: Floats, half: Floats, radius: Floats, wanted: Floats, ends: tuple[Floats, Floats], rules: Rules
 ) -> Floats:
     """(N, n) rad², what cells of a bounded yaw cost at least on the turn that suits them best, per w_1 W."""
-    intervals = []
-    for turn in TURNS:
-        start = rules.shifts.start + TURN * turn
-        intervals.append((np.maximum(ends[0], start), np.minimum(ends[1], start + rules.shifts.width)))
-    least = _least_way(wanted, radius, intervals)
+    intervals = allowed_shifts(ends, rules)
+    least = least_way(wanted, radius, intervals)
     cost = np.full(shift.shape, np.inf)
     for turn, (low, high) in zip(TURNS, intervals, strict=True):
         best = _projected(wanted, low, high)
@@ -108,7 +105,13 @@ def _nearest_turn(
     return cost
 
 
-def _least_way(wanted: Floats, radius: Floats, intervals: list[tuple[Floats, Floats]]) -> Floats:
+def allowed_shifts(ends: tuple[Floats, Floats], rules: Rules) -> list[tuple[Floats, Floats]]:
+    """[(N,), (N,)] rad, the shifts of a bounded yaw on each turn, between the ends that limits of joint 1 leave."""
+    starts = [rules.shifts.start + TURN * turn for turn in TURNS]
+    return [(np.maximum(ends[0], start), np.minimum(ends[1], start + rules.shifts.width)) for start in starts]
+
+
+def least_way(wanted: Floats, radius: Floats, intervals: list[tuple[Floats, Floats]]) -> Floats:
     """(N,) rad; everywhere in a box some allowed shift is no farther than this from the best one of all; or inf."""
     least = np.full(len(wanted), np.inf)
     for low, high in intervals:

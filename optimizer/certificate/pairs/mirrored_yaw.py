@@ -4,6 +4,9 @@ Over a box, ``E(p, yaw) >= G + V (|yaw - yaw*| - r)₊²`` with V = w_1 W, yaw* 
 change of joint 1 (`exclusion.yaw_cells`). Mirrored yaws have ``yaw_1 + yaw_2 = 2 angle`` (modulo 2π), so that together
 they are off by at least ``D = (|yaw_1* + yaw_2* - 2 angle| - r_1 - r_2)₊``, and the cheapest way to share D costs
 ``D² V_1 V_2 / (V_1 + V_2)``. That is added to the bounds that know of no yaw that is lost.
+
+A bounded yaw may have its vertex s* out of its interval K: then yaw* is that of s*, and what K costs already comes off,
+``E(p, yaw) >= G + V ((|yaw - yaw*| - r)₊² - D₀²)`` with D₀ >= dist(s*, K) all over the box.
 """
 
 from __future__ import annotations
@@ -18,18 +21,25 @@ from models.coupling import Coupling, Mirror
 from optimizer.certificate.bounds.ball import Ball
 from optimizer.certificate.bounds.rules import Rules
 from optimizer.certificate.bounds.yaw import unwrapped
+from optimizer.certificate.exclusion.yaw_cells import allowed_shifts, least_way
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class BestYaw:
-    """The best yaws of N boxes: ``yaw`` (N,) rad, ``radius`` (N,) rad (inf where unknown), ``price`` V of a rad²."""
+    """The best yaws of N boxes.
+
+    Attributes:
+        yaw: (N,) rad. radius: (N,) rad, inf where unknown. price: V of a rad².
+        paid: (N,) part of what other yaws cost that the bounds of the boxes contain already, V D₀².
+    """
 
     yaw: Floats
     radius: Floats
     price: float
+    paid: Floats
 
     def __getitem__(self, rows: Ints) -> BestYaw:
-        return BestYaw(self.yaw[rows], self.radius[rows], self.price)
+        return BestYaw(self.yaw[rows], self.radius[rows], self.price, self.paid[rows])
 
 
 def best_yaw(first: Ball, rules: Rules, sigma: int) -> BestYaw:
@@ -42,12 +52,18 @@ def best_yaw(first: Ball, rules: Rules, sigma: int) -> BestYaw:
     counts = np.ones(path.centre.shape[1]) if rules.counts is None else rules.counts
     total = float(np.sum(counts))
     radius = np.max(path.radius, axis=1)
-    known = np.all(linked, axis=1) & rules.shifts.free & (len(rules.jobs) == 1) & (total > 0.0)
+    known = np.all(linked, axis=1) & (len(rules.jobs) == 1) & (total > 0.0)
+    price = float(rules.weights[0]) * total
     wanted = rules.reference[0] - path.centre @ counts / (total or 1.0)
     low, high = rules.lower[0] - np.min(path.centre, axis=1), rules.upper[0] - np.max(path.centre, axis=1)
+    if not rules.shifts.free:
+        least = least_way(wanted, radius, allowed_shifts((low, high), rules))
+        known &= np.isfinite(least)
+        paid = price * np.where(known, least, 0.0) ** 2
+        return BestYaw(-sigma * wanted, np.where(known, radius, np.inf), price, paid)
     shift = np.where(low <= high, np.clip(wanted, low, np.maximum(low, high)), wanted)
     known &= low <= high
-    return BestYaw(-sigma * shift, np.where(known, radius, np.inf), float(rules.weights[0]) * total)
+    return BestYaw(-sigma * shift, np.where(known, radius, np.inf), price, np.zeros(len(radius)))
 
 
 def mirrored_cost(couplings: tuple[Coupling, ...], arms: tuple[int, int], first: BestYaw, second: BestYaw) -> Floats:
@@ -58,5 +74,23 @@ def mirrored_cost(couplings: tuple[Coupling, ...], arms: tuple[int, int], first:
         if isinstance(coupling, Mirror) and set(arms) == set(coupling.arms) and both > 0.0:
             off = first.yaw + second.yaw - 2.0 * coupling.angle
             off = np.abs(off - TURN * np.round(off / TURN)) - first.radius - second.radius
-            added = np.maximum(added, np.maximum(off, 0.0) ** 2 * first.price * second.price / both)
+            cost = np.maximum(off, 0.0) ** 2 * first.price * second.price / both
+            added = np.maximum(added, cost - first.paid - second.paid)
     return added
+
+
+def sum_of_yaws(total: float, first: BestYaw, second: BestYaw) -> tuple[Floats, Floats]:
+    """The turn on which the best yaws of pairs of boxes nearly have a sum, and what any other turn costs at least.
+
+    Args:
+        total: rad, the sum modulo 2π. first: of the one arm. second: of the other.
+
+    Returns:
+        (P,) rad, the sum on that turn; (P,) cost beyond the bounds that know of no yaw that is lost, 0 where unknown.
+    """
+    off = first.yaw + second.yaw - total
+    turn = TURN * np.round(off / TURN)
+    apart = TURN - np.abs(off - turn) - first.radius - second.radius
+    both = first.price + second.price
+    cost = np.maximum(apart, 0.0) ** 2 * (first.price * second.price / both if both > 0.0 else 0.0)
+    return total + turn, np.asarray(np.maximum(cost - first.paid - second.paid, 0.0))

@@ -9,8 +9,11 @@ from optimizer.certificate.arm_tree import ArmTree
 from optimizer.certificate.exclusion.causes import TOLERANCE
 from optimizer.certificate.pairs.contact import Contact
 from optimizer.certificate.pairs.couplings import untied
-from optimizer.certificate.pairs.mirrored_yaw import mirrored_cost
+from optimizer.certificate.pairs.mirrored_yaw import BestYaw, mirrored_cost
+from optimizer.certificate.pairs.shared_yaw import SharedYaw
 from optimizer.certificate.pairs.store import PairStore
+from optimizer.certificate.pairs.tied_bounds import TiedBounds
+from optimizer.certificate.pairs.ties import mirrored_yaws
 from optimizer.coupled.scene import Scene
 
 SMALLEST = 1e-5
@@ -34,6 +37,8 @@ class PairTree:
         """Start from the roots; both trees must know what their leaves know (`Nodes.settle`)."""
         self.couplings, self.trees, self.arms = scene.cell.couplings, trees, arms
         self.stores = PairStore.of(trees[0]), PairStore.of(trees[1])
+        self.tied = TiedBounds(self.couplings, arms, trees)
+        self.shared = [SharedYaw(total, self.stores) for total in mirrored_yaws(self.couplings, arms)]
         self.contact = Contact.of(*self.stores, scene.model, scene.required)
         self.by_boxes: list[tuple[Ints, Ints]] = []
         self.by_ties: list[tuple[Ints, Ints]] = []
@@ -137,7 +142,7 @@ class PairTree:
         self.by_ties.append((first[lost], second[lost]))
         self.untied += int(np.sum(lost))
         kept &= ~lost
-        self._price_mirrored(first, second, bound, kept)
+        self.price_ties(first, second, bound, kept, cutoff)
         good = kept & (bound >= cutoff)
         self.forgotten = min(self.forgotten, float(np.min(bound[good], initial=np.inf)))
         kept &= ~good
@@ -147,15 +152,29 @@ class PairTree:
         kept[left[apart]] = False
         return kept
 
-    def _price_mirrored(self, first: Ints, second: Ints, bound: Floats, kept: Bools) -> None:
-        """Raise the bounds (P,) of kept pairs by what mirrored yaws cost."""
-        rows = np.flatnonzero(kept)
-        if not any(coupling.kind == "mirror" for coupling in self.couplings) or not len(rows):
+    def price_ties(self, first: Ints, second: Ints, bound: Floats, kept: Bools, cutoff: float) -> None:
+        """Raise the bounds (P,) of kept pairs by what couplings cost."""
+        bounded = self.trees[0].nodes.bounded[first] & self.trees[1].nodes.bounded[second]
+        rows = np.flatnonzero(kept & bounded)
+        if not self.tied.useful or not len(rows):
             return
-        slots = self.stores[0].places(first[rows]), self.stores[1].places(second[rows])
-        yaws = self.stores[0].yaw[slots[0]], self.stores[1].yaw[slots[1]]
+        yaws = self._yaws(first[rows], second[rows])
         geometric = self.trees[0].nodes.geometric[first[rows]] + self.trees[1].nodes.geometric[second[rows]]
         bound[rows] = np.maximum(bound[rows], geometric + mirrored_cost(self.couplings, self.arms, *yaws))
+        left = np.flatnonzero(bound[rows] < cutoff)
+        if len(left) and np.isfinite(cutoff):
+            some = rows[left]
+            bound[some] = np.fmax(bound[some], self.tied(first[some], second[some], (yaws[0][left], yaws[1][left])))
+        for shared in self.shared:
+            left = np.flatnonzero(bound[rows] < cutoff)
+            some = rows[left]
+            if len(left):
+                bound[some] = np.maximum(bound[some], geometric[left] + shared.cost(first[some], second[some]))
+
+    def _yaws(self, first: Ints, second: Ints) -> tuple[BestYaw, BestYaw]:
+        """Best yaws over the boxes of pairs (P,)."""
+        one, other = (store.places(ids) for store, ids in zip(self.stores, (first, second), strict=True))
+        return self.stores[0].yaw[one], self.stores[1].yaw[other]
 
     def _cut(self, first: Ints, second: Ints, bound: Floats, by_size: bool) -> None:
         """Cut one box of each pair: the larger one; to exclude everything rather one that has been cut already."""

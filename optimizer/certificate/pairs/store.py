@@ -33,7 +33,7 @@ class PairStore:
     slots: dict[int, int] = field(default_factory=dict)
     motion: Motion | None = None
     ends: Floats = field(default_factory=lambda: np.zeros((0, 0, 0, 2, 3)))
-    yaw: BestYaw = field(default_factory=lambda: BestYaw(np.zeros(0), np.zeros(0), 0.0))
+    yaw: BestYaw = field(default_factory=lambda: BestYaw(np.zeros(0), np.zeros(0), 0.0, np.zeros(0)))
 
     @staticmethod
     def of(tree: ArmTree) -> PairStore:
@@ -52,8 +52,10 @@ class PairStore:
             self.motion = Motion.joined([*before, *(part for part, _, _ in parts)])
             self.ends = np.concatenate([*([self.ends] if before else []), *(ends for _, ends, _ in parts)])
             yaws = [*([self.yaw] if before else []), *(yaw for _, _, yaw in parts)]
-            best, radius = (np.concatenate([getattr(yaw, name) for yaw in yaws]) for name in ("yaw", "radius"))
-            self.yaw = BestYaw(best, radius, yaws[-1].price)
+            best, radius, paid = (
+                np.concatenate([getattr(y, name) for y in yaws]) for name in ("yaw", "radius", "paid")
+            )
+            self.yaw = BestYaw(best, radius, yaws[-1].price, paid)
             self.slots.update({int(i): start + k for k, i in enumerate(new)})
         return np.array([self.slots[int(i)] for i in ids], dtype=np.int64)
 

@@ -12,7 +12,7 @@ def test_the_cost_is_that_of_the_best_common_yaw() -> None:
     rng, angle = np.random.default_rng(1), 0.4
     best, radius = rng.uniform(-3.0, 3.0, (2, 40)), rng.uniform(0.0, 0.3, (2, 40))
     prices = 3.0, 7.0
-    yaws = [BestYaw(best[k], radius[k], prices[k]) for k in (0, 1)]
+    yaws = [BestYaw(best[k], radius[k], prices[k], np.zeros(len(best[k]))) for k in (0, 1)]
     found = mirrored_cost((Mirror((0, 1), (0.0, 0.0), angle),), (0, 1), yaws[0], yaws[1])
     grid = np.linspace(-2.0 * np.pi, 2.0 * np.pi, 20001)
     off = [grid, 2.0 * angle - grid]
@@ -26,6 +26,6 @@ def test_the_cost_is_that_of_the_best_common_yaw() -> None:
 
 
 def test_nothing_is_known_of_yaws_that_are_not() -> None:
-    unknown = BestYaw(np.zeros(2), np.full(2, np.inf), 1.0)
-    known = BestYaw(np.ones(2), np.zeros(2), 1.0)
+    unknown = BestYaw(np.zeros(2), np.full(2, np.inf), 1.0, np.zeros(2))
+    known = BestYaw(np.ones(2), np.zeros(2), 1.0, np.zeros(2))
     assert not mirrored_cost((Mirror((0, 1), (0.0, 0.0), 0.0),), (0, 1), unknown, known).any()

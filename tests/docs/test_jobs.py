@@ -46,7 +46,7 @@ def test_every_event_is_listed_with_its_data() -> None:
 
 def test_the_settings_have_the_defaults_that_are_said() -> None:
     found = re.findall(r"^\| .* \| ([\d,]+) \| `DUOCELL_(\w+)` \|$", TEXT, re.M)
-    assert len(found) == 7
+    assert len(found) == 8
     for value, name in found:
         assert float(value.replace(",", "")) == Settings.model_fields[name.lower()].default, name
 

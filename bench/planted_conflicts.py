@@ -66,10 +66,11 @@ def planted(seed: int) -> Planted:
         made = real_cell(number)
         if made.known is not None and (kind != "clearance" or made.cell.surroundings.obstacles):
             points = zip(made.known.stands, made.known.joints, strict=True)
-            return _plant(kind, made.cell, tuple(ArmPoint(stand[:3], float(stand[3]), q) for stand, q in points))
+            return plant(kind, made.cell, tuple(ArmPoint(stand[:3], float(stand[3]), q) for stand, q in points))
 
 
-def _plant(kind: str, cell: Cell, known: tuple[ArmPoint, ...]) -> Planted:
+def plant(kind: str, cell: Cell, known: tuple[ArmPoint, ...]) -> Planted:
+    """A constraint of a kind that a known layout breaks."""
     arm, point, around = cell.arms[0], known[0], cell.surroundings
     middle = cell.task.poses[:, :2, 3].mean(axis=0)
     match kind:

@@ -28,7 +28,7 @@ JOINTS = 2
 """Joints between two bodies at most."""
 PRECISE = 5e-5
 """m, of the largest distance."""
-BATCH, MOST = 64, 6000
+BATCH, MOST = 256, 6000
 """Boxes cut at once, and samples of one pair at most."""
 
 

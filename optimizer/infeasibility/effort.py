@@ -17,6 +17,8 @@ PAIR, PAIR_POSE = 250e-6, 25e-6
 """s for looking at a pair of boxes of two arms, and for each of the poses."""
 REFINEMENT, SAMPLES = 0.25, 0.5
 """s that a refinement, and a full round of samples of two arms are counted for, at 13 poses."""
+HEIGHTS = 4.0
+"""Times as much where heights are free: twice the samples, fewer of which are refused at once."""
 POSES = 13
 SLOWEST = 2.0
 TOO_LONG = 1.25
@@ -66,7 +68,8 @@ class Effort:
 
     def sampled(self, cell: Cell, density: float) -> None:
         """Count a round of samples."""
-        self.spend(SAMPLES * density * _size(cell))
+        heights = any(not arm.base.z.fixed for arm in cell.arms)
+        self.spend(SAMPLES * density * _size(cell) * (HEIGHTS if heights else 1.0))
 
 
 def _size(cell: Cell) -> float:

@@ -35,6 +35,8 @@ HALVINGS = 6
 MOST_TOLD = 3
 MORE = 2.5
 """s worth that may be spent after a change that helps, for others."""
+LAST = "/base/z"
+"""What the pointer of a change ends in that is looked at only where no other helps: free heights are dear."""
 MOVED = "/obstacles/"
 """What pointers of obstacles begin with."""
 
@@ -78,6 +80,8 @@ def remedies(
     for number, remedy in enumerate(some):
         if len(told) >= MOST_TOLD or effort.over:
             break
+        if told and remedy.pointer.endswith(LAST):
+            continue
         own = effort.share(max(EACH, 1.0 / (len(some) - number)))
         helpful = _helpful(cell, conflict, remedy, hints, own, seed, possible or {})
         if isinstance(helpful, Helpful):
@@ -120,7 +124,8 @@ def _helpful(
     arms = [one.index for one in conflict.selection.requirements if one.kind is Kind.ARM]
     if remedy.pointer in possible:
         less = remedy.required - possible[remedy.pointer]
-        bracket: Bracket | None = Bracket(less - 2.0 * remedy.exact, min(_rounded(less, remedy.exact), remedy.most))
+        first = min(_rounded(less, remedy.exact), remedy.most)
+        bracket: Bracket | None = Bracket(less - 2.0 * remedy.exact, first)
     else:
         bracket = bracket_of(remedy, arms, effort)
     return True if bracket is None else smallest(remedy, bracket, hints, effort, seed)
@@ -151,7 +156,7 @@ def smallest(
     From above: a layout for a large amount does for smaller ones as well, which is quickly seen.
     """
     low, amount = bracket.low, bracket.first
-    known = resolved(remedy.change(amount), hints, effort.share(FIRST), seed)
+    known = resolved(remedy.change(amount), hints, effort.share(FIRST if amount >= remedy.most else SHARE), seed)
     while known.found is None:
         if amount >= remedy.most or effort.over:
             return known.proved and amount >= remedy.most

@@ -16,9 +16,7 @@ def test_a_wider_region_and_floor_are_read_from_the_words_that_tell_them() -> No
     kinds, cell = doubled(0)
     assert kinds == ("floor", "region")
     name = cell.arms[0].name
-    words = (
-        f"let {name} stand 250 mm farther out of its base region, and let bases stand 100 mm farther out on the floor"
-    )
+    words = f"let {name} stand 250 mm farther out of its base region"
     wider = changed(cell, f"{words}, and let bases stand 100 mm farther out on the floor, on every side")
     assert np.isclose(wider.arms[0].base.x.high, cell.arms[0].base.x.high + 0.25)
     old, new = cell.surroundings.floor.forbidden[0], wider.surroundings.floor.forbidden[0]

@@ -20,13 +20,24 @@ def with_arm(cell: Cell, a: int, arm: Arm) -> Cell:
     return replace(cell, arms=(*cell.arms[:a], arm, *cell.arms[a + 1 :]))
 
 
-def regions(cell: Cell, requirement: Requirement) -> Iterator[Remedy]:
-    """A base region that reaches farther along x and y; farther about, and along, the vertical."""
+def wider_region(cell: Cell, requirement: Requirement) -> Remedy:
+    """A base region that reaches farther along x and y."""
     a = requirement.index
     arm, base = cell.arms[a], cell.arms[a].base
 
-    def farther(amount: float) -> Cell:
+    def change(amount: float) -> Cell:
         return with_arm(cell, a, replace(arm, base=replace(base, x=_wider(base.x, amount), y=_wider(base.y, amount))))
+
+    def words(amount: float) -> str:
+        return f"let {arm.name} stand {1e3 * amount:.0f} mm farther out of its base region"
+
+    return Remedy(change, words, f"/arms/{a}/base", 0.05, FARTHEST, 1e-3, requirement)
+
+
+def turned_or_raised(cell: Cell, requirement: Requirement) -> Iterator[Remedy]:
+    """A base region that reaches farther about, and along, the vertical."""
+    a = requirement.index
+    arm, base = cell.arms[a], cell.arms[a].base
 
     def turned(amount: float) -> Cell:
         return with_arm(cell, a, replace(arm, base=replace(base, yaw=_wider(base.yaw, amount))))
@@ -34,16 +45,12 @@ def regions(cell: Cell, requirement: Requirement) -> Iterator[Remedy]:
     def raised(amount: float) -> Cell:
         return with_arm(cell, a, replace(arm, base=replace(base, z=_wider(base.z, amount))))
 
-    def out(amount: float) -> str:
-        return f"let {arm.name} stand {1e3 * amount:.0f} mm farther out of its base region"
-
     def about(amount: float) -> str:
         return f"let the base of {arm.name} be turned by {degrees(amount):.1f}° more, either way"
 
     def up(amount: float) -> str:
         return f"let {arm.name} stand up to {1e3 * amount:.0f} mm higher or lower"
 
-    yield Remedy(farther, out, f"/arms/{a}/base", 0.05, FARTHEST, 1e-3, requirement)
     if not base.yaw_free:
         room = pi - 0.5 * (base.yaw.high - base.yaw.low)
         yield Remedy(turned, about, f"/arms/{a}/base/yaw", min(0.05, room), room, radians(0.1), requirement)

@@ -14,7 +14,7 @@ from models.coupling import Distance
 from models.floor import Floor
 from models.shapes import HalfSpace
 from models.surroundings import PairClass
-from optimizer.infeasibility.changes.arms import freed, limits, regions, with_arm
+from optimizer.infeasibility.changes.arms import freed, limits, turned_or_raised, wider_region, with_arm
 from optimizer.infeasibility.changes.obstacles import moved_obstacle
 from optimizer.infeasibility.changes.remedy import FARTHEST, Remedy
 from optimizer.infeasibility.effort import Effort
@@ -56,6 +56,10 @@ def candidates(cell: Cell, conflict: Selection) -> Iterator[Remedy]:
     yield from (_clearance(cell, kind) for kind, named in classes if named and asked.required(kind))
     for requirement in sorted(conflict.requirements, key=lambda one: (CHEAPEST.index(one.kind), one.index, one.joint)):
         yield from _loosened(cell, requirement)
+    for requirement in sorted(
+        (one for one in conflict.requirements if one.kind is Kind.REGION), key=lambda one: one.index
+    ):
+        yield from turned_or_raised(cell, requirement)
 
 
 def _loosened(cell: Cell, requirement: Requirement) -> Iterator[Remedy]:
@@ -71,7 +75,7 @@ def _loosened(cell: Cell, requirement: Requirement) -> Iterator[Remedy]:
         case Kind.FLOOR if floor is not None:
             yield from _floors(cell, floor, requirement)
         case Kind.REGION:
-            yield from regions(cell, requirement)
+            yield wider_region(cell, requirement)
         case Kind.POSTURE | Kind.SINGULARITIES:
             yield freed(cell, requirement)
         case Kind.COUPLING:

@@ -13,6 +13,10 @@ from models.robot import Robot
 PARALLEL = 1e-7
 """Largest |h × g| of axes that count as parallel: catalogue data are rounded to about 1e-7."""
 
+ON_AXIS = 1e-7
+"""m; an axis that misses another by less counts as lying on it: files print angles and lengths with nine digits, and
+with fewer they still mean it."""
+
 
 @dataclass(frozen=True, eq=False)
 class Chain:
@@ -39,7 +43,7 @@ class Chain:
 
         Where it is not 0, a base yaw only shifts joint 1: ``q1 = q1(yaw = 0) - σ · yaw``.
         """
-        off_axis = np.hypot(*self.points[0, :2]) > 1e-9 or np.hypot(*self.axes[0, :2]) > 1e-9
+        off_axis = np.hypot(*self.points[0, :2]) > ON_AXIS or np.hypot(*self.axes[0, :2]) > PARALLEL
         return 0 if off_axis else int(np.sign(self.axes[0, 2]))
 
 

@@ -64,6 +64,18 @@ def test_an_upright_axis_beside_the_origin_is_not_vertical_through_it():
     assert chain_of(replace(robot, joint_placements=tilted)).vertical_sign == 0
 
 
+def test_a_first_axis_that_a_file_prints_with_nine_digits_is_still_vertical():
+    robot = catalogue.robot("ur5e")
+    tilted = robot.joint_placements.copy()
+    tilted[0] = transform(rotation_x(2e-9), [3e-9, 0.0, 0.0]) @ tilted[0]
+    rounded = replace(robot, joint_placements=tilted)
+    assert chain_of(rounded).vertical_sign == chain_of(robot).vertical_sign == 1
+    q = np.random.default_rng(2).uniform(-2.0, 2.0, (4, 6))
+    shifted = q - [0.7, 0.0, 0.0, 0.0, 0.0, 0.0]
+    turned = transform(rotation_z(0.7), np.zeros(3)) @ flange_poses(rounded, shifted)
+    assert np.abs(turned - flange_poses(rounded, q)).max() < 1e-8  # a hundredth of what a layout may miss its poses by
+
+
 UNIT = st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda a: np.linalg.norm(a) > 0.1)
 
 

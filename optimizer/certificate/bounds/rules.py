@@ -14,10 +14,14 @@ from optimizer.certificate.bounds.angles.joints import SLACK
 from optimizer.certificate.bounds.yaw import Shifts
 from optimizer.reduced import ReducedProblem
 
+MISSED = KEPT + SLACK
+"""rad by which limits and steps may be missed: what counts as kept must not be excluded, or a layout that passes every
+check would be proved impossible."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Rules:
-    """Limits (with the slack of all enclosures) and objective of one arm.
+    """Limits (with what may be missed of them, and the slack of all enclosures) and objective of one arm.
 
     Attributes:
         lower: (6,) rad, -inf for joints without two limits. upper: (6,) rad, likewise inf.
@@ -52,11 +56,11 @@ class Rules:
         free = arm.base.yaw_free or yaw.width + 2.0 * SLACK >= TURN
         start = min(-sigma * yaw.low, -sigma * yaw.high) - SLACK
         return Rules(
-            lower=np.where(limited, arm.lower - SLACK, -np.inf),
-            upper=np.where(limited, arm.upper + SLACK, np.inf),
+            lower=np.where(limited, arm.lower - MISSED, -np.inf),
+            upper=np.where(limited, arm.upper + MISSED, np.inf),
             reference=arm.reference,
             weights=arm.weights,
-            max_step=problem.max_step + SLACK,
+            max_step=problem.max_step + MISSED,
             shifts=Shifts(start, yaw.width + 2.0 * SLACK, free),
             jobs=problem.jobs,
             joined=joined(problem.starts, len(problem.positions)),

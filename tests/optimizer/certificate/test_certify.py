@@ -17,6 +17,7 @@ from optimizer.certificate.certify import BranchAndBound, certify
 from optimizer.proof import Incumbent
 from optimizer.reduced import ReducedProblem, conditioning_shortfall, evaluate, evaluate_signed, reduced_problem
 from optimizer.settings import CertificateSettings
+from optimizer.verify import LIMITS
 from tests.support.arms import make_arm, region
 from tests.support.boxes import MOUNTS, random_problem
 from tests.support.thesis import BEST_KNOWN, CELLS, LOWER_BOUNDS
@@ -70,6 +71,21 @@ def refined(problem: ReducedProblem, rng: np.random.Generator) -> float:
         better = costs[pick] < best
         best, places = np.where(better, costs[pick], best), np.where(better[:, None], tried[pick], places)
     return float(best.min())
+
+
+@pytest.mark.parametrize("missed", [9e-7, 1.1e-5])
+def test_what_misses_a_limit_by_so_little_that_it_counts_as_kept_is_not_proved_impossible(missed):
+    place = np.array([0.45, 0.0, 0.0])
+    paths = evaluate(line_problem(), place[None])
+    best = int(np.flatnonzero(paths.violation[:, 0] == 0.0)[0])
+    joints = paths.joints[:, best, 0]
+    arm = line_problem().arm
+    upper = np.where(np.arange(6) == 2, np.max(joints, axis=1) - missed, arm.upper)
+    base = region(*place, float(paths.yaw[best, 0]))
+    problem = line_problem(base=base, upper=upper, posture=Posture(*ALL_SIGNS[best]), reference=arm.reference)
+    assert (np.max(joints - problem.arm.upper[:, None]) <= LIMITS) == (missed < LIMITS)
+    proof = certify(problem, None, CertificateSettings(1e-3, 30.0))
+    assert proof.infeasible == (missed > LIMITS)
 
 
 @pytest.mark.parametrize(("name", "index"), CASES)

@@ -36,6 +36,8 @@ class Robot:
         ssik_name: name of the arm's artifact in ssik, or None for robots from elsewhere.
         flanges: frames that a tool can be attached to, the usual one first; empty: the last frame is the only one.
         mounting_face: what the base is bolted down with, in the base frame; None where it is not known.
+        description: digest of the file that describes it, "" for robots of no file: arms of one machine have it in
+            common.
     """
 
     name: str
@@ -57,6 +59,7 @@ class Robot:
     ssik_name: str | None = None
     flanges: tuple[RobotFrame, ...] = ()
     mounting_face: RobotFrame | None = None
+    description: str = ""
 
     def __post_init__(self) -> None:
         n = len(self.joint_names)

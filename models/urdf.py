@@ -12,30 +12,30 @@ from xml.etree import ElementTree
 import numpy as np
 import pinocchio as pin
 
+from models.arm import TURN
 from models.arrays import Floats
-from models.dh import JOINT_COUNTS, MAX_ANGLE, MAX_LENGTH, check_full_rank
+from models.description.chain_choice import ChainChoice, choose_chain
+from models.description.link_tree import LinkTree
+from models.dh import MAX_ANGLE, MAX_LENGTH, check_full_rank
 from models.errors import InvalidRobot
 from models.kinematics import chain
 from models.pose import inverse
 from models.reference import working_reference
 from models.robot import Robot
-from models.urdf_file import build_model, read_document, unusable_joints
-
-_MOST_NAMES = 40
+from models.urdf_file import build_model, read_document
 
 
 @dataclass(frozen=True, slots=True)
 class _Path:
-    """A way down the tree of links.
+    """A chain in a model.
 
     Attributes:
-        tip: frame index of the last link.
-        frames: indices of all frames after the base link, down to the tip.
-        joints: indices of the moving joints among them.
+        base: frame index of the base link. tip: of the flange link.
+        joints: indices of the moving joints between them.
     """
 
+    base: int
     tip: int
-    frames: tuple[int, ...]
     joints: tuple[int, ...]
 
 
@@ -44,9 +44,9 @@ def robot_from_urdf(path: Path | str, base_link: str | None = None, tip: str | N
 
     Args:
         path: the file.
-        base_link: link that becomes the base frame; default: the root of the file.
-        tip: link that becomes the flange frame; default: the end of the longest chain of turning joints, and among
-            equals the one with most links, then the first by name.
+        base_link: link that becomes the base frame; default: see `models.description.chain_choice`. It may be any link
+            that is rigidly fixed to the one on which the first joint hangs.
+        tip: link that becomes the flange frame; default: likewise.
 
     Raises:
         InvalidRobot: unreadable file, no valid URDF, unknown links, a chain with sliding, mimicking or other
@@ -71,109 +71,44 @@ def robot_from_document(
     Raises:
         InvalidRobot: see `robot_from_urdf`.
     """
+    return robot_of_chain(document, model, file, choose_chain(LinkTree.of(document), base_link, tip))
+
+
+def robot_of_chain(document: ElementTree.Element, model: Any, file: str, choice: ChainChoice) -> Robot:
+    """The robot of a chain that was chosen.
+
+    Args:
+        document: see `robot_from_document`. model, file: likewise.
+        choice: the chain.
+
+    Raises:
+        InvalidRobot: joints without axis or range, absurd lengths, or a geometry that is singular everywhere.
+    """
     links = {frame.name: i for i, frame in enumerate(model.frames) if frame.type == pin.FrameType.BODY}
-    unusable = unusable_joints(document)
-    base = _find(links, base_link, "base_link") if base_link is not None else min(links.values())
-    if tip is None:
-        way = _longest(model, base, links, unusable)
-    else:
-        way = _way(model, base, _find(links, tip, "tip"))
-        _check_joints(model, way, unusable)
-    _check_count(model, base, way, links)
-    robot = _robot(document.get("name") or Path(file).stem, file, model, base, way)
+    joints = tuple(model.getJointId(name) for name in choice.joints)
+    robot = _robot(document, file, model, _Path(links[choice.base_link], links[choice.tip], joints), choice)
     check_full_rank(robot)
     return robot
-
-
-# --- choosing the chain -----------------------------------------------------------------------------------------------
-
-
-def _find(links: dict[str, int], name: str, what: str) -> int:
-    """Frame of a link named by the user."""
-    if name not in links:
-        raise InvalidRobot(f"{what} {name!r} is no link of this URDF; its links are {_listed(links)}.", f"/{what}")
-    return links[name]
-
-
-def _way(model: Any, base: int, tip: int) -> _Path:
-    """The way from one link to another below it."""
-    frames = []
-    frame = tip
-    while frame != base:
-        if frame == 0:
-            below = model.frames[tip].name, model.frames[base].name
-            raise InvalidRobot(
-                f"link {below[0]} does not hang on {below[1]}; swap base link and tip or name others.", "/tip"
-            )
-        frames.append(frame)
-        frame = model.frames[frame].parentFrame
-    frames.reverse()
-    joints = tuple(model.frames[f].parentJoint for f in frames if model.frames[f].type == pin.FrameType.JOINT)
-    return _Path(tip, tuple(frames), joints)
-
-
-def _longest(model: Any, base: int, links: dict[str, int], unusable: dict[str, str]) -> _Path:
-    """The longest chain of turning joints below the base link."""
-    ways = []
-    for _, link in sorted(links.items()):
-        try:
-            way = _way(model, base, link)
-        except InvalidRobot:
-            continue  # another branch
-        if not any(model.names[joint] in unusable for joint in way.joints):
-            ways.append(way)
-    return max(ways, key=lambda way: (len(way.joints), len(way.frames)))  # max keeps the first of equals
-
-
-def _check_joints(model: Any, way: _Path, unusable: dict[str, str]) -> None:
-    """Refuse chains with joints that are no plain turning joints."""
-    for joint in way.joints:
-        name = model.names[joint]
-        if name in unusable:
-            raise InvalidRobot(
-                f"joint {name} on the way to {model.frames[way.tip].name} {unusable[name]}; "
-                "only revolute and continuous joints are supported. Name a tip in front of it.",
-                "/tip",
-            )
-
-
-def _check_count(model: Any, base: int, way: _Path, links: dict[str, int]) -> None:
-    """Refuse chains without inverse kinematics."""
-    if len(way.joints) in JOINT_COUNTS:
-        return
-    names = ", ".join(model.names[joint] for joint in way.joints) or "none"
-    raise InvalidRobot(
-        f"the chain from {model.frames[base].name} to {model.frames[way.tip].name} has {len(way.joints)} turning "
-        f"joints ({names}); arms of 6 or 7 are supported. Name base link and tip of an arm; "
-        f"the links are {_listed(links)}.",
-        "/tip",
-    )
-
-
-def _listed(links: dict[str, int]) -> str:
-    """Names for an error message."""
-    names = list(links)
-    return ", ".join(names[:_MOST_NAMES]) + (
-        f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
-    )
 
 
 # --- building ---------------------------------------------------------------------------------------------------------
 
 
-def _robot(name: str, file: str, model: Any, base: int, way: _Path) -> Robot:
+def _robot(document: ElementTree.Element, file: str, model: Any, way: _Path, choice: ChainChoice) -> Robot:
     """The robot of a chain."""
+    name = document.get("name") or Path(file).stem
     placements, axes = chain(model, way.joints)
     for joint, axis in zip(way.joints, axes, strict=True):
         if not abs(np.linalg.norm(axis) - 1.0) < 1e-6:
             raise InvalidRobot(
                 f"joint {model.names[joint]} has no axis; give a direction.", f"/joints/{model.names[joint]}"
             )
-    placements[0] = inverse(model.frames[base].placement.homogeneous) @ placements[0]
+    placements[0] = inverse(model.frames[way.base].placement.homogeneous) @ placements[0]
     _check_lengths(model, way, [*placements, model.frames[way.tip].placement.homogeneous])
-    lower, upper = _limits(model, way.joints)
+    lower, upper = _limits(model, document, way.joints)
+    limit_warnings = _in_degrees(way, model, lower, upper)
     names = tuple(model.names[joint] for joint in way.joints)
-    ends = model.frames[base].name, model.frames[way.tip].name
+    ends = choice.base_link, choice.tip
     fields: dict[str, Any] = {
         "name": name,
         "joint_names": names,
@@ -187,10 +122,28 @@ def _robot(name: str, file: str, model: Any, base: int, way: _Path) -> Robot:
         "title": name,
         "source": f"URDF file {file}",
         "licence": "see source",
-        "notes": (f"The chain from {ends[0]} to {ends[1]} over {', '.join(names)}.",),
+        "notes": (
+            f"The chain from {ends[0]} to {ends[1]} over {', '.join(names)}. {choice.reason}",
+            *choice.left_out,
+            *_stand(model, way),
+            *limit_warnings,
+        ),
     }
     reference, reason = working_reference(Robot(**fields, reference=np.zeros(len(names))))
     return Robot(**fields, reference=reference, reference_source=reason)
+
+
+def _stand(model: Any, way: _Path) -> tuple[str, ...]:
+    """Where the base frame is in the root of the file, if that is another place."""
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, pin.neutral(model))
+    place = data.oMf[way.base].homogeneous
+    if np.allclose(place, np.eye(4), atol=1e-9):
+        return ()
+    root = next(frame.name for frame in model.frames if frame.type == pin.FrameType.BODY)
+    x, y, z = (float(value) for value in place[:3, 3])
+    base = model.frames[way.base].name
+    return (f"A layout places {base}, which stands at ({x:g}, {y:g}, {z:g}) m in {root} in the file.",)
 
 
 def _check_lengths(model: Any, way: _Path, placements: Sequence[Floats]) -> None:
@@ -205,17 +158,22 @@ def _check_lengths(model: Any, way: _Path, placements: Sequence[Floats]) -> None
             )
 
 
-def _limits(model: Any, joints: tuple[int, ...]) -> tuple[Floats, Floats]:
+def _limits(model: Any, document: ElementTree.Element, joints: tuple[int, ...]) -> tuple[Floats, Floats]:
     """(n,) lower and (n,) upper limits [rad]; infinite for continuous joints."""
     lower, upper = np.full(len(joints), -inf), np.full(len(joints), inf)
+    elements = {joint.get("name"): joint.find("limit") for joint in document.findall("joint")}
     for i, joint in enumerate(joints):
         if model.joints[joint].nq != 1:
             continue  # continuous: Pinocchio keeps cosine and sine
         index, name = model.joints[joint].idx_q, model.names[joint]
         lower[i], upper[i] = model.lowerPositionLimit[index], model.upperPositionLimit[index]
+        limit = elements.get(name)
+        lacking = [bound for bound in ("lower", "upper") if limit is None or limit.get(bound) is None]
         if not lower[i] < upper[i]:
+            what = f"has no {' and no '.join(lacking)}, which then counts as 0" if lacking else "leaves it no range"
             raise InvalidRobot(
-                f"limits {lower[i]:g} to {upper[i]:g} rad leave joint {name} no range; lower must be below upper.",
+                f"the <limit> of joint {name} {what} ({lower[i]:g} to {upper[i]:g} rad). Give both bounds, lower below "
+                'upper, or make it type="continuous" if it turns without end.',
                 f"/joints/{name}",
             )
         if max(-lower[i], upper[i]) > MAX_ANGLE:
@@ -225,3 +183,16 @@ def _limits(model: Any, joints: tuple[int, ...]) -> tuple[Floats, Floats]:
                 f"/joints/{name}",
             )
     return lower, upper
+
+
+def _in_degrees(way: _Path, model: Any, lower: Floats, upper: Floats) -> tuple[str, ...]:
+    """A note where limits look like degrees: whole numbers beyond a turn, as no arm has them in radians."""
+    limits = np.stack([lower, upper])
+    whole = np.all((limits == np.round(limits)) & np.isfinite(limits), axis=0) & np.any(np.abs(limits) > TURN, axis=0)
+    found = [
+        f"{model.names[joint]}: {low:g} to {high:g} rad ({np.radians(low):.4g} to {np.radians(high):.4g} rad if these "
+        "are degrees)"
+        for joint, low, high, odd in zip(way.joints, lower, upper, whole, strict=True)
+        if odd
+    ]
+    return (f"Limits are whole numbers beyond a turn; did you mean degrees? {'; '.join(found)}.",) if found else ()

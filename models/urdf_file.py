@@ -14,6 +14,9 @@ from xml.etree import ElementTree
 
 import pinocchio as pin
 
+from models.description.link_tree import LinkTree
+from models.description.parse_xml import parse_xml
+from models.description.xacro_leftovers import without_definitions
 from models.errors import InvalidRobot
 
 MOST_BYTES = 4_000_000
@@ -22,13 +25,8 @@ MOST_BYTES = 4_000_000
 MOST_LINKS = 1000
 """Of a file; a humanoid with hands has a tenth of that."""
 
-DEEPEST = 100
-"""Elements within elements; a URDF needs five."""
-
 KINDS = ("revolute", "continuous", "fixed", "prismatic", "floating", "planar")
 """Types of joints that a URDF may have; arms consist of the first three."""
-
-_TURNING = ("revolute", "continuous")
 
 _NUMBERS = (
     ("origin", "xyz", 3),
@@ -38,6 +36,10 @@ _NUMBERS = (
     ("limit", "upper", 1),
 )
 """Element, attribute and amount of the numbers of a joint."""
+
+
+_ATTRIBUTES = ("xyz", "rpy", "link", "lower", "upper")
+_ANY_EFFORT = {"effort": "1", "velocity": "1"}
 
 
 def read_document(file: Path) -> ElementTree.Element:
@@ -68,13 +70,10 @@ def parse_document(data: bytes, name: str = "the URDF") -> ElementTree.Element:
         raise InvalidRobot(
             f"{name} has {len(data)} bytes; a URDF file has at most {MOST_BYTES}. Leave out what is no arm."
         )
-    try:
-        root = ElementTree.fromstring(data, ElementTree.XMLParser(target=_Builder(name)))
-    except (ElementTree.ParseError, ValueError, LookupError) as error:  # broken, or in an encoding nobody knows
-        raise InvalidRobot(f"{name} is no valid XML: {error}. A URDF file is needed.") from error
+    root = parse_xml(data, name)
     if root.tag != "robot":
         raise InvalidRobot(f"{name} starts with <{str(root.tag)[:40]}>; a URDF file starts with <robot>.")
-    macro = _macro(root, data)
+    macro = without_definitions(root)
     if macro:
         raise InvalidRobot(
             f"{name} is a xacro file (it has {macro[:60]}), which is not expanded here; expand it first, "
@@ -82,44 +81,6 @@ def parse_document(data: bytes, name: str = "the URDF") -> ElementTree.Element:
         )
     _check_document(root)
     return root
-
-
-def _macro(root: ElementTree.Element, data: bytes) -> str:
-    """Something that only xacro understands, or ""; a file that was expanded may keep the declaration of its prefix."""
-    if b"<xacro:" in data:
-        return "<xacro:...>"
-    for element in root.iter():
-        if "xacro" in element.tag:
-            return f"<{element.tag}>"
-        for value in element.attrib.values():
-            if "${" in value or "$(" in value:
-                return value
-    return ""
-
-
-class _Builder(ElementTree.TreeBuilder):
-    """Builds the tree, unless it has what no URDF needs and only an attack uses."""
-
-    def __init__(self, name: str) -> None:
-        super().__init__()
-        self._name = name
-        self._depth = 0
-
-    def doctype(self, name: str, public_id: str | None, system_id: str | None) -> None:
-        """Called before the entities of a document type are read."""
-        raise InvalidRobot(f"{self._name} has a document type (<!DOCTYPE {name[:40]}>); remove it, no URDF needs one.")
-
-    def start(self, tag: Any, attrs: Any, /) -> ElementTree.Element:
-        """Called for every opening tag."""
-        self._depth += 1
-        if self._depth > DEEPEST:
-            raise InvalidRobot(f"{self._name} has elements nested more than {DEEPEST} deep; no URDF needs that.")
-        return super().start(tag, attrs)
-
-    def end(self, tag: str, /) -> ElementTree.Element:
-        """Called for every closing tag."""
-        self._depth -= 1
-        return super().end(tag)
 
 
 def _check_document(root: ElementTree.Element) -> None:
@@ -138,6 +99,7 @@ def _check_document(root: ElementTree.Element) -> None:
         fault = _fault(joint, links)
         if fault:
             raise InvalidRobot(f"joint {joint.get('name')} {fault}", f"/joints/{joint.get('name')}")
+    LinkTree.of(root)
 
 
 def _fault(joint: ElementTree.Element, links: set[str]) -> str:
@@ -171,6 +133,17 @@ def _numeric(text: str, count: int) -> bool:
     return len(values) == count and all(map(isfinite, values))
 
 
+def _bare(joint: ElementTree.Element) -> ElementTree.Element:
+    """A joint without anything that Pinocchio could stumble over: effort and speed, calibration, extensions."""
+    bare = ElementTree.Element("joint", name=joint.get("name", ""), type=joint.get("type", ""))
+    for tag in ("origin", "parent", "child", "axis", "limit"):
+        element = joint.find(tag)
+        if element is not None:
+            kept = {key: value for key, value in element.attrib.items() if key in _ATTRIBUTES}
+            ElementTree.SubElement(bare, tag, kept | (_ANY_EFFORT if tag == "limit" else {}))
+    return bare
+
+
 def build_model(document: ElementTree.Element) -> Any:
     """Pinocchio's ``pin.Model`` of the links and joints of a document.
 
@@ -180,7 +153,7 @@ def build_model(document: ElementTree.Element) -> Any:
     bare = ElementTree.Element("robot", name=document.get("name") or "robot")
     for link in document.findall("link"):
         ElementTree.SubElement(bare, "link", name=link.get("name", ""))  # without meshes and masses
-    bare.extend(document.findall("joint"))
+    bare.extend(_bare(joint) for joint in document.findall("joint"))
     try:
         return pin.buildModelFromXML(ElementTree.tostring(bare, encoding="unicode"))
     except (ValueError, RuntimeError) as error:
@@ -188,15 +161,3 @@ def build_model(document: ElementTree.Element) -> Any:
             "Pinocchio finds no valid tree of links in this URDF: every joint needs a type, a parent and a child link "
             "that exist, every link but one must be a child exactly once."
         ) from error
-
-
-def unusable_joints(document: ElementTree.Element) -> dict[str, str]:
-    """Name of every moving joint that cannot be part of an arm -> why."""
-    faults = {}
-    for joint in document.findall("joint"):
-        name, kind = str(joint.get("name")), str(joint.get("type"))
-        if joint.find("mimic") is not None:
-            faults[name] = "follows another joint (mimic)"
-        elif kind not in (*_TURNING, "fixed"):
-            faults[name] = f"is {kind}"
-    return faults

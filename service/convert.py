@@ -15,6 +15,7 @@ from service.convert_surroundings import surroundings_of
 from service.convert_task import task_of, with_grasps
 from service.issues import Issues
 from service.library import Library
+from service.requests.shared_joints import check_shared_joints
 from service.schemas.evaluate import EvaluateRequest
 from service.schemas.request import Certificate, LayoutRequest
 
@@ -35,6 +36,7 @@ def cell_of(request: LayoutRequest, library: Library | None = None) -> Cell:
     task = task_of(request, issues)
     robots = {} if library is None else library.robots()
     made = [arm_of(arm, f"/arms/{index}", robots, issues) for index, arm in enumerate(request.arms)]
+    check_shared_joints(made, issues)
     arms = with_grasps(request, made, issues)
     robots_made = [None if arm is None else arm.robot for arm in made]
     surroundings = surroundings_of(request, robots_made, library, issues)

@@ -8,10 +8,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 from xml.etree import ElementTree
 
+from models.description.chain_choice import ChainChoice, choose_chain
+from models.description.link_tree import LinkTree
 from models.errors import InvalidInput
 from models.links import LinkBody
 from models.robot import Robot
-from models.urdf import robot_from_document
+from models.urdf import robot_of_chain
 from models.urdf_bodies import mesh_names, urdf_link_bodies
 from models.urdf_file import build_model, parse_document
 from service.issues import InvalidRequest, Issues, shortened
@@ -48,6 +50,7 @@ class Described:
     document: ElementTree.Element
     model: Any
     robot: Robot
+    chain: ChainChoice
 
 
 def robot_from_files(files: RobotFiles, limits: Limits) -> UserRobot:
@@ -96,12 +99,14 @@ def describe(files: RobotFiles) -> Described:
     """The kinematics in a user's files.
 
     Raises:
-        InvalidRobot: see `models.urdf.robot_from_document`.
+        InvalidRobot: see `models.urdf.robot_from_urdf`.
     """
     document = parse_document(files.urdf, files.file)
+    chain = choose_chain(LinkTree.of(document), files.base_link, files.tip)
     model = build_model(document)
-    robot = robot_from_document(document, model, files.file, files.base_link, files.tip)
-    return Described(document, model, replace(robot, name=files.name))
+    robot = robot_of_chain(document, model, files.file, chain)
+    digest = hashlib.sha256(files.urdf).hexdigest()[:32]
+    return Described(document, model, replace(robot, name=files.name, description=digest), chain)
 
 
 def complete(described: Described, files: RobotFiles, contents: Mapping[str, bytes]) -> UserRobot:
@@ -118,7 +123,7 @@ def complete(described: Described, files: RobotFiles, contents: Mapping[str, byt
     robot = described.robot
     bodies = urdf_link_bodies(described.document, described.model, robot, lambda name: contents[name])
     robot = replace(robot, notes=(*robot.notes, *_unknown_shapes(robot, bodies)))
-    return UserRobot(robot, bodies or None, version_of(robot, files.urdf, contents))
+    return UserRobot(robot, bodies or None, version_of(robot, files.urdf, contents), chain=described.chain)
 
 
 def version_of(robot: Robot, urdf: bytes, contents: Mapping[str, bytes]) -> str:

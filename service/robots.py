@@ -19,7 +19,7 @@ from models.robot_frames import RobotFrame
 from service.library import Library
 from service.numbers import finite
 from service.shelf import NAME
-from service.user_robot import UserRobot
+from service.user_robot import UserRobot, chain_document
 
 _loading = threading.Lock()
 _loaded: list[dict[str, Any]] = []
@@ -71,6 +71,7 @@ def robot_document(name: str, library: Library) -> dict[str, Any]:
             {"name": name, "lower": finite(lower), "upper": finite(upper), "reference": float(reference)}
             for name, lower, upper, reference in joints
         ],
+        "chain": None if user is None or user.chain is None else chain_document(user.chain),
         "reference_source": robot.reference_source,
         "base_frame": robot.base_frame,
         "flange_frame": robot.flange_frame,

@@ -47,7 +47,7 @@ def robot_on_disk(
         return kept or _keep(complete(described, files, contents))
     except InvalidInput as error:
         warn(f"{error.detail} {ESTIMATED}")
-        return UserRobot(described.robot, None, version_of(described.robot, files.urdf, {}))
+        return UserRobot(described.robot, None, version_of(described.robot, files.urdf, {}), chain=described.chain)
 
 
 def _contents(described: Described, path: Path) -> dict[str, bytes]:

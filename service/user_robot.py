@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from models.arrays import Floats
+from models.description.chain_choice import Alternative, ChainChoice
 from models.links import LinkBody
 from models.robot import Robot
 from models.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
@@ -33,6 +34,7 @@ class UserRobot:
         version: digest of what it was made from: equal for equal files, on every machine.
         meshes: ``filename`` in the URDF -> file that was taken for it.
         created_at: RFC 3339, when it was brought; empty for robots that are not kept.
+        chain: which chain of the file it is and what else it could be; None for those brought when that was not kept.
     """
 
     robot: Robot
@@ -40,6 +42,7 @@ class UserRobot:
     version: str
     meshes: Mapping[str, str] = field(default_factory=dict)
     created_at: str = ""
+    chain: ChainChoice | None = None
 
 
 def as_document(user_robot: UserRobot) -> dict[str, Any]:
@@ -48,7 +51,7 @@ def as_document(user_robot: UserRobot) -> dict[str, Any]:
     kinematics: dict[str, Any] = {name: getattr(robot, name).tolist() for name in _ARRAYS}
     kinematics |= {name: [float(v) if np.isfinite(v) else None for v in getattr(robot, name)] for name in _LIMITS}
     kinematics |= {name: getattr(robot, name) for name in _TEXTS}
-    kinematics |= {name: list(getattr(robot, name)) for name in _LISTS}
+    kinematics |= {name: list(getattr(robot, name)) for name in _LISTS} | {"description": robot.description}
     links = None if user_robot.links is None else [_link_document(link) for link in user_robot.links]
     return {
         "format": FORMAT,
@@ -57,6 +60,7 @@ def as_document(user_robot: UserRobot) -> dict[str, Any]:
         "meshes": dict(user_robot.meshes),
         "robot": kinematics,
         "links": links,
+        "chain": None if user_robot.chain is None else chain_document(user_robot.chain),
     }
 
 
@@ -74,7 +78,8 @@ def from_document(document: dict[str, Any]) -> UserRobot:
     values |= {name: np.array([open_ends[name] if v is None else v for v in kinematics[name]]) for name in _LIMITS}
     values |= {name: str(kinematics[name]) for name in _TEXTS}
     values |= {name: tuple(kinematics[name]) for name in _LISTS}
-    robot = Robot(**values)
+    robot = Robot(**values, description=str(kinematics.get("description", "")))
+    chain = document.get("chain")
     links = document["links"]
     return UserRobot(
         robot=robot,
@@ -82,6 +87,36 @@ def from_document(document: dict[str, Any]) -> UserRobot:
         version=str(document["version"]),
         meshes=dict(document["meshes"]),
         created_at=str(document["created_at"]),
+        chain=None if chain is None else _chain_from(chain),
+    )
+
+
+def chain_document(chain: ChainChoice) -> dict[str, Any]:
+    """The choice of a chain as plain JSON, as ``GET /v1/robots/{name}`` shows it too."""
+    return {
+        "base_link": chain.base_link,
+        "tip": chain.tip,
+        "joints": list(chain.joints),
+        "reason": chain.reason,
+        "left_out": list(chain.left_out),
+        "alternatives": [
+            {"base_link": one.base_link, "tip": one.tip, "joints": list(one.joints), "reason": one.reason}
+            for one in chain.alternatives
+        ],
+    }
+
+
+def _chain_from(document: dict[str, Any]) -> ChainChoice:
+    return ChainChoice(
+        str(document["base_link"]),
+        str(document["tip"]),
+        tuple(document["joints"]),
+        str(document["reason"]),
+        tuple(document["left_out"]),
+        tuple(
+            Alternative(str(one["base_link"]), str(one["tip"]), tuple(one["joints"]), str(one["reason"]))
+            for one in document["alternatives"]
+        ),
     )
 
 

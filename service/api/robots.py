@@ -48,7 +48,8 @@ def list_robots(state: StateOf) -> Response:
 async def create_robot(request: Request, state: StateOf) -> Response:
     """Send a URDF file, the meshes of its collision geometry in a zip; requests then name the robot like any other.
 
-    The chain runs from `base_link` to `tip`; without them it is the longest one of turning joints. Meshes are taken
+    The chain runs from `base_link` to `tip`; without them it is the arm of the file: fingers, cameras and `world` are
+    not part of it, and `chain` in the answer tells what was chosen and what else could be meant. Meshes are taken
     apart into convex pieces, which takes seconds if they have dents. Xacro is not expanded.
     """
     name = await take_robot(request, state.library, state.intake, state.settings)

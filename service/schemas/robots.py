@@ -76,6 +76,29 @@ class NamedFrame(Answer):
     checked: str | None = Field(description="What a second source says of it; null: none was found.", examples=[None])
 
 
+class ChainAlternative(Answer):
+    """Another chain of a URDF file that could be meant."""
+
+    base_link: str = Field(description="To be sent as `base_link` for it.", examples=["base_link"])
+    tip: str = Field(description="To be sent as `tip` for it.", examples=["gripper_base"])
+    joints: list[str] = Field(description="Its joints, from the base.", examples=[["joint_1", "joint_2"]])
+    reason: str = Field(description="Why it was not chosen.", examples=["a tool, camera, sensor or collision link"])
+
+
+class Chain(Answer):
+    """The chain of a URDF file that was taken for the arm, by the rule in docs/robots.md."""
+
+    base_link: str = Field(description="Link that became the base frame.", examples=["base_link"])
+    tip: str = Field(description="Link that became the flange frame.", examples=["tool0"])
+    joints: list[str] = Field(description="Its joints, from the base.", examples=[["joint_1", "joint_2"]])
+    reason: str = Field(description="Why it was chosen.", examples=["tool0 has a flange's name."])
+    left_out: list[str] = Field(
+        description="What hangs below the base or behind the flange and is not part of the arm.",
+        examples=[["Below the base base_link and not part of the arm: world."]],
+    )
+    alternatives: list[ChainAlternative] = Field(description="What else could be meant.")
+
+
 class RobotDetail(RobotSummary):
     """All there is to know about a robot."""
 
@@ -86,6 +109,10 @@ class RobotDetail(RobotSummary):
         description="RFC 3339, when it was uploaded; null: of the catalogue.", examples=["2026-11-22T09:30:00.000000Z"]
     )
     joints: list[Joint] = Field(description="From the base to the flange.")
+    chain: Chain | None = Field(
+        description="Which chain of an uploaded URDF file the robot is, and what else it could be; null: of the "
+        "catalogue."
+    )
     reference_source: str = Field(description="Where the reference comes from.", examples=["mid-range"])
     base_frame: str = Field(
         description="Name of the base frame, which a layout places: `base_link` of an upload.", examples=["base_link"]

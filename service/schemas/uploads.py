@@ -45,12 +45,14 @@ class RobotUpload(BaseModel):
     )
     base_link: str | SkipJsonSchema[None] = Field(
         default=None,
-        description="Link that becomes the base frame; left out: the root of the file.",
+        description="Link that becomes the base frame; left out: the first link of the arm, not `world` and its like. "
+        "`chain` in the answer tells the choice and the alternatives.",
         examples=["base_link"],
     )
     tip: str | SkipJsonSchema[None] = Field(
         default=None,
-        description="Link that becomes the flange; left out: the end of the longest chain of turning joints.",
+        description="Link that becomes the flange; left out: the one called `tool0`, `flange`, `ee_link` or `tcp` "
+        "behind 6 or 7 turning joints, else the last link there that is no tool, camera or sensor.",
         examples=["tool0"],
     )
 

@@ -14,7 +14,6 @@ from models import catalogue
 from models.arrays import Floats
 from models.errors import InvalidRobot
 from models.kinematics import flange_poses
-from models.pose import inverse
 from models.robot import Robot
 from models.urdf import robot_from_urdf
 
@@ -76,15 +75,32 @@ def test_round_trip_through_a_file_keeps_the_arm(name: str, tmp_path: Path) -> N
     assert read.joint_names == tuple(f"axis_{i + 1}" for i in range(robot.dof))
 
 
-def test_default_chain_runs_from_the_root_to_the_last_link_before_the_gripper(tmp_path: Path) -> None:
+def test_default_chain_runs_from_the_robots_own_base_to_its_flange(tmp_path: Path) -> None:
     robot = catalogue.robot("puma560")
     read = robot_from_urdf(written(tmp_path, urdf_of(robot)))
-    assert (read.base_frame, read.flange_frame) == ("world", "camera")  # camera and tool0 are equals: first by name
+    assert (read.base_frame, read.flange_frame) == ("base", "tool0")  # not world, not the camera
     q = np.array([[0.1, -0.4, 1.0, 0.5, 0.6, -0.7]])
-    expected = flange_poses(robot, q) @ inverse(robot.flange_placement)
-    expected[:, 2, 3] += 0.7
-    assert np.abs(flange_poses(read, q) - expected).max() < 1e-12
-    assert any("camera" in note for note in read.notes)
+    assert np.abs(flange_poses(read, q) - flange_poses(robot, q)).max() < 1e-12
+    assert any("stands at (0, 0, 0.7) m in world" in note for note in read.notes)
+
+
+def test_a_leaf_fixed_to_the_root_is_a_base_frame(tmp_path: Path) -> None:
+    robot, root = catalogue.robot("puma560"), urdf_of(catalogue.robot("puma560"))
+    ElementTree.SubElement(root, "link", name="turned")
+    half = np.diag([-1.0, -1.0, 1.0, 1.0])
+    add_joint(root, "beside", "fixed", "base", "turned", half)
+    read = robot_from_urdf(written(tmp_path, root), base_link="turned")
+    q = np.array([[0.1, -0.4, 1.0, 0.5, 0.6, -0.7]])
+    assert np.abs(half @ flange_poses(read, q) - flange_poses(robot, q)).max() < 1e-12
+
+
+def test_limits_that_are_whole_degrees_are_asked_back(tmp_path: Path) -> None:
+    root = urdf_of(catalogue.robot("puma560"))
+    limit = next(j for j in root.iter("joint") if j.get("name") == "axis_4").find("limit")
+    assert limit is not None
+    limit.attrib.update(lower="-45", upper="45")
+    notes = robot_from_urdf(written(tmp_path, root)).notes
+    assert any("did you mean degrees? axis_4: -45 to 45 rad (-0.7854 to 0.7854 rad" in note for note in notes)
 
 
 def test_continuous_joints_have_no_limits(tmp_path: Path) -> None:
@@ -137,7 +153,7 @@ def edited(find: str, replacement: str) -> str:
         (edited('link name="link_3"', 'link name="link_2"'), "link_2"),
         (edited('<child link="link_3"', '<child link="nowhere"'), "joint axis_3 has the child 'nowhere'"),
         (edited('<parent link="link_3" />', ""), "joint axis_4 has the parent None"),
-        (edited('<child link="link_3"', '<child link="base"'), "no valid tree"),
+        (edited('<child link="link_3"', '<child link="base"'), "hangs on two joints, pedestal and axis_3"),
         (edited('type="revolute"', 'type="bent"'), "joint axis_1 is of the type 'bent'"),
         (edited('name="axis_2" type="revolute"', 'name="axis_2" type="prismatic"'), "turning joints"),
         (edited('name="axis_2" type="revolute"', 'name="axis_2" type="fixed"'), "5 turning joints"),
@@ -167,7 +183,7 @@ def test_links_that_bound_no_arm_are_refused(base_link: str, tip: str, words: st
 
 @pytest.mark.parametrize(
     ("attributes", "words"),
-    [(None, "no <limit>"), ({"lower": "1", "upper": "1"}, "no range"), ({"effort": "1"}, "no range")],
+    [(None, "no <limit>"), ({"lower": "1", "upper": "1"}, "no range"), ({"effort": "1"}, "no lower and no upper")],
 )
 def test_revolute_joints_need_a_range(attributes: dict[str, str] | None, words: str, tmp_path: Path) -> None:
     root = urdf_of(catalogue.robot("puma560"))

@@ -57,3 +57,43 @@ def test_an_expanded_xacro_may_keep_the_declaration_of_its_prefix() -> None:
         f'<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="a"/><link name="b"/>{joint}</robot>'
     )
     assert [link.get("name") for link in parse_document(text.encode()).findall("link")] == ["a", "b"]
+
+
+JOINT = '<joint name="j" type="fixed"><parent link="a"/><child link="b"/>{}</joint>'
+
+
+@pytest.mark.parametrize(
+    "inside",
+    [
+        '<xacro:property name="x" value="${2 * pi}"/>',
+        '<xacro:arg name="prefix" default=""/>',
+        '<xacro:macro name="arm" params="a"><link name="${a}"/></xacro:macro>',
+        "<!-- <xacro:arm/> ${x} -->",
+        '<gazebo><plugin file="$(find arm)/gains.yaml"/></gazebo>',
+        '<other:thing other:value="1"/>',
+    ],
+)
+@pytest.mark.parametrize("declared", ['xmlns:xacro="http://www.ros.org/wiki/xacro"', ""])
+def test_what_xacro_leaves_behind_changes_nothing(inside: str, declared: str) -> None:
+    text = f'<robot name="a" {declared}>{inside}<link name="a"/><link name="b"/>{JOINT.format("")}</robot>'
+    root = parse_document(text.encode())
+    assert [element.tag for element in root if element.tag in ("link", "joint")] == ["link", "link", "joint"]
+
+
+@pytest.mark.parametrize(
+    ("joints", "pointer"),
+    [
+        ([("j", "a", "a")], "/joints/j"),
+        ([("i", "r", "a"), ("j", "b", "c"), ("k", "c", "b")], "/joints/k"),
+        ([("i", "a", "b")], ""),
+    ],
+)
+def test_links_that_form_no_tree_are_refused(joints: list[tuple[str, str, str]], pointer: str) -> None:
+    links = "".join(f'<link name="{name}"/>' for name in ("r", "a", "b", "c"))
+    parts = [
+        f'<joint name="{name}" type="fixed"><parent link="{above}"/><child link="{below}"/></joint>'
+        for name, above, below in joints
+    ]
+    with pytest.raises(InvalidRobot, match="the links form") as caught:
+        parse_document(f"<robot>{links}{''.join(parts)}</robot>".encode())
+    assert caught.value.pointer in (pointer, "")

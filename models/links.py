@@ -61,7 +61,7 @@ def link_bodies(robot: Robot) -> tuple[LinkBody, ...]:
     """Bodies of all links of a robot, from the base outwards; links without extent have none."""
     entry = _entry(robot)
     if entry is None:
-        return _estimated(robot)
+        return estimated_bodies(robot)
     bodies = []
     for link, *numbers in entry["capsules"]:
         ends, radius = np.array(numbers[:6], dtype=np.float64).reshape(2, 3), float(numbers[6])
@@ -98,7 +98,8 @@ def estimated_radius(robot: Robot, link: int) -> float:
     return reach(robot) * (AT_BASE + (AT_FLANGE - AT_BASE) * link / robot.dof)
 
 
-def _estimated(robot: Robot) -> tuple[LinkBody, ...]:
+def estimated_bodies(robot: Robot) -> tuple[LinkBody, ...]:
+    """Capsules along the kinematic chain, by the rule at the top of this file."""
     strings = [skeleton(robot, link) for link in range(robot.dof + 1)]
     extended = [link for link, points in enumerate(strings) if len(points) > 1]
     bodies = []

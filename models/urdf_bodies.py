@@ -1,15 +1,14 @@
 """Bodies of a robot's links from the collision geometry of its URDF file.
 
-Primitives are taken as they are, meshes as the convex pieces of `models.meshes`. Links on joints that are not part of
+Primitives are taken as they are, meshes as the convex pieces of `models.geometry`. Links on joints that are not part of
 the chain (a gripper's fingers, a torso's other arm) are taken where these joints are neutral.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cache
+from dataclasses import dataclass
 from math import isfinite
-from typing import Any
+from typing import Any, Literal
 from xml.etree import ElementTree
 
 import numpy as np
@@ -17,25 +16,39 @@ import pinocchio as pin
 
 from models.arrays import Floats
 from models.errors import InvalidInput, InvalidRobot
-from models.links import LinkBody
-from models.meshes import convex_pieces, in_metres, read_triangles
+from models.geometry.link_meshes import LONGEST, LinkMeshes, MeshSource
+from models.kinematics import reach
+from models.links import LinkBody, estimated_bodies
 from models.pose import inverse, rotation_from_rpy, transform
 from models.robot import Robot
 from models.shapes import Body, Box, Capsule, Cylinder, Shape, Sphere
 
-MeshSource = Callable[[str], bytes]
-"""Gives the contents of a mesh by the ``filename`` of the URDF; raises `FileNotFoundError` or `InvalidInput`."""
-
 MOST_BODIES = 1000
 """Of a robot; one that was taken apart with care has a hundred."""
 
-_Pieces = Callable[[str, tuple[float, ...]], tuple[Shape, ...]]
-"""Convex pieces of a mesh by ``filename`` and scale."""
+LONGEST_LINK = 3.0
+"""A moving link's mesh may be this many times as long as the arm reaches."""
+
+MissingMeshes = Literal["refuse", "estimate"]
+"""What becomes of links whose mesh is missing or cannot be read."""
+
+
+@dataclass(frozen=True, slots=True)
+class LinkGeometry:
+    """Bodies of a robot's links.
+
+    Attributes:
+        bodies: of every link that the chain carries or stands on; none if the file has no usable collision geometry.
+        notes: sentences on what they leave out, fill or estimate.
+    """
+
+    bodies: tuple[LinkBody, ...]
+    notes: tuple[str, ...]
 
 
 def urdf_link_bodies(
-    document: ElementTree.Element, model: Any, robot: Robot, meshes: MeshSource
-) -> tuple[LinkBody, ...]:
+    document: ElementTree.Element, model: Any, robot: Robot, meshes: MeshSource, missing: MissingMeshes = "refuse"
+) -> LinkGeometry:
     """Collision bodies of every link that the chain carries or stands on.
 
     Args:
@@ -43,6 +56,7 @@ def urdf_link_bodies(
         model: ``pin.Model`` of the same file (`models.urdf_file.build_model`).
         robot: the chain, as `models.urdf.robot_from_urdf` made it.
         meshes: where meshes come from.
+        missing: "estimate": links whose mesh is missing or unreadable get the capsules of `models.links`.
 
     Raises:
         InvalidRobot: a missing or unusable mesh or primitive, or too many bodies; the pointer names the link.
@@ -50,13 +64,13 @@ def urdf_link_bodies(
     carriers = _carriers(model, robot)
     source = f"collision geometry of {robot.source}"
     bodies: list[LinkBody] = []
-    pieces = _pieces_of(meshes)
+    taken = _Taken(LinkMeshes(document, meshes), missing == "estimate", reach(robot))
     for link in document.findall("link"):
         name = link.get("name", "")
         index, place = carriers[name]
         for number, element in enumerate(link.findall("collision")):
             try:
-                shapes = _shapes(element, pieces)
+                shapes = taken.shapes(element, name, index)
                 origin = _origin(element)
             except FileNotFoundError as error:
                 raise InvalidRobot(f"a mesh of link {name} is missing: {error}.", f"/links/{name}") from error
@@ -71,7 +85,9 @@ def urdf_link_bodies(
                     "simpler <collision> elements.",
                     f"/links/{name}",
                 )
-    return tuple(bodies)
+    if bodies:
+        bodies += [body for body in estimated_bodies(robot) if body.link in taken.estimated]
+    return LinkGeometry(tuple(bodies), taken.notes(robot))
 
 
 def mesh_names(document: ElementTree.Element) -> dict[str, list[str]]:
@@ -83,15 +99,64 @@ def mesh_names(document: ElementTree.Element) -> dict[str, list[str]]:
     return found
 
 
-def _pieces_of(meshes: MeshSource) -> _Pieces:
-    """Convex pieces of meshes, each taken apart only once."""
+class _Taken:
+    """Shapes of collision elements, and what there is to say about them.
 
-    @cache
-    def pieces(name: str, scale: tuple[float, ...]) -> tuple[Shape, ...]:
-        suffix = name.rsplit(".", 1)[-1]
-        return convex_pieces(in_metres(read_triangles(meshes(name), suffix), np.array(scale)))
+    Attributes:
+        estimated: the chain's links whose shape is estimated -> names of the file's links and why.
+    """
 
-    return pieces
+    def __init__(self, meshes: LinkMeshes, estimate: bool, reach: float) -> None:
+        self._meshes, self._estimate, self._reach = meshes, estimate, reach
+        self._left_out: list[str] = []
+        self._deepest = 0.0, ""
+        self.estimated: dict[int, list[str]] = {}
+
+    def shapes(self, collision: ElementTree.Element, link: str, index: int) -> list[Shape]:
+        """Convex shapes of one ``<collision>`` of a link that the chain's link ``index`` carries."""
+        geometry = collision.find("geometry")
+        element = next(iter(geometry), None) if geometry is not None else None
+        if element is None:
+            raise InvalidInput("it has no geometry.")
+        if element.tag != "mesh":
+            return [_primitive(element)]
+        try:
+            return self._pieces(element, link, index)
+        except (FileNotFoundError, InvalidInput) as error:
+            if not self._estimate or getattr(error, "pointer", "") == "/scale":
+                raise
+            why = "is missing" if isinstance(error, FileNotFoundError) else error.detail
+            file = element.get("filename", "").rsplit("/", 1)[-1]
+            self.estimated.setdefault(index, []).append(f"{link} ({file[:80]}: {why})")
+            return []
+
+    def _pieces(self, element: ElementTree.Element, link: str, index: int) -> list[Shape]:
+        """Pieces of a mesh; a URDF may stretch it differently along each axis."""
+        scale = _numbers(element, "scale", 3) if element.get("scale") is not None else np.ones(3)
+        if np.any(scale == 0.0):
+            raise InvalidInput("a scale of 0 leaves nothing of the mesh.", "/scale")
+        longest = LONGEST_LINK * self._reach if index > 0 else LONGEST
+        found = self._meshes.pieces(link, element.get("filename", ""), scale, longest)
+        if found.left_out:
+            self._left_out.append(f"{link} ({found.left_out})")
+        self._deepest = max(self._deepest, (found.dent, link))
+        return list(found.pieces)
+
+    def notes(self, robot: Robot) -> tuple[str, ...]:
+        """What is to be said about the shapes."""
+        found = []
+        if self.estimated:
+            names = "; ".join(name for index in sorted(self.estimated) for name in self.estimated[index])
+            found.append(f"Estimated from the kinematics, for want of a mesh: the shape of {names}.")
+        if self._left_out:
+            found.append(f"Flat parts of meshes, without volume, were left out: {', '.join(self._left_out)}.")
+        if self._deepest[1]:
+            dent, link = self._deepest
+            found.append(
+                f"The convex pieces contain their meshes and stick out of them by at most about {1000.0 * dent:.0f} mm "
+                f"(at {link}, as sampled)."
+            )
+        return tuple(found)
 
 
 def _carriers(model: Any, robot: Robot) -> dict[str, tuple[int, Floats]]:
@@ -112,33 +177,19 @@ def _carriers(model: Any, robot: Robot) -> dict[str, tuple[int, Floats]]:
     return carriers
 
 
-def _shapes(collision: ElementTree.Element, pieces: _Pieces) -> list[Shape]:
-    """Convex shapes of one ``<collision>``."""
-    geometry = collision.find("geometry")
-    element = next(iter(geometry), None) if geometry is not None else None
-    if element is None:
-        raise InvalidInput("it has no geometry.")
+def _primitive(element: ElementTree.Element) -> Shape:
+    """The shape of a ``<geometry>`` that is no mesh."""
     match element.tag:
         case "box":
-            return [Box(_numbers(element, "size", 3))]
+            return Box(_numbers(element, "size", 3))
         case "sphere":
-            return [Sphere(float(_numbers(element, "radius", 1)[0]))]
+            return Sphere(float(_numbers(element, "radius", 1)[0]))
         case "cylinder":
-            return [Cylinder(float(_numbers(element, "radius", 1)[0]), float(_numbers(element, "length", 1)[0]))]
+            return Cylinder(float(_numbers(element, "radius", 1)[0]), float(_numbers(element, "length", 1)[0]))
         case "capsule":
-            return [Capsule(float(_numbers(element, "radius", 1)[0]), float(_numbers(element, "length", 1)[0]))]
-        case "mesh":
-            return list(_mesh_pieces(element, pieces))
+            return Capsule(float(_numbers(element, "radius", 1)[0]), float(_numbers(element, "length", 1)[0]))
         case other:
             raise InvalidInput(f"geometry <{other}> is not known.")
-
-
-def _mesh_pieces(element: ElementTree.Element, pieces: _Pieces) -> tuple[Shape, ...]:
-    """Pieces of a mesh; a URDF may stretch it differently along each axis."""
-    scale = _numbers(element, "scale", 3) if element.get("scale") is not None else np.ones(3)
-    if np.any(scale == 0.0):
-        raise InvalidInput("a scale of 0 leaves nothing of the mesh.")
-    return pieces(element.get("filename", ""), tuple(scale))
 
 
 def _origin(collision: ElementTree.Element) -> Floats:

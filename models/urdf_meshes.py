@@ -10,7 +10,7 @@ from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
 
 from models.errors import InvalidInput
-from models.urdf_bodies import MeshSource
+from models.geometry.link_meshes import MeshSource
 
 _SCHEMES = ("package", "file", "model")
 

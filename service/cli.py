@@ -8,6 +8,10 @@ import sys
 from collections.abc import Callable, Sequence
 from enum import IntEnum
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from service.cli_input import RobotUrdfs
 
 
 class Exit(IntEnum):
@@ -118,6 +122,18 @@ def _add_robots(command: argparse.ArgumentParser) -> None:
         metavar="NAME=FILE[:BASE[:TIP]]",
         help="a robot from a URDF file, to be named NAME in the request; BASE and TIP are links of the file",
     )
+    command.add_argument(
+        "--missing-meshes",
+        choices=("refuse", "estimate"),
+        default="refuse",
+        help="estimate: the shape of links whose mesh is missing or unreadable is estimated from the kinematics",
+    )
+
+
+def _robot_urdfs(options: argparse.Namespace) -> RobotUrdfs:
+    from service.cli_input import RobotUrdfs
+
+    return RobotUrdfs(tuple(options.robot_urdf), options.missing_meshes)
 
 
 def _serve(options: argparse.Namespace) -> int:
@@ -135,13 +151,13 @@ def _migrate(options: argparse.Namespace) -> int:
 def _solve(options: argparse.Namespace) -> int:
     from service.cli_solve import solve
 
-    return solve(options.request, options.output, options.robot_urdf, options.time_limit, options.server)
+    return solve(options.request, options.output, _robot_urdfs(options), options.time_limit, options.server)
 
 
 def _check(options: argparse.Namespace) -> int:
     from service.cli_check import check
 
-    return check(options.request, options.output, options.robot_urdf)
+    return check(options.request, options.output, _robot_urdfs(options))
 
 
 def _robots(options: argparse.Namespace) -> int:
@@ -156,7 +172,7 @@ def _robots(options: argparse.Namespace) -> int:
 def _figure(options: argparse.Namespace) -> int:
     from service.cli_solve import figure
 
-    return figure(options.result, options.output, options.robot_urdf)
+    return figure(options.result, options.output, _robot_urdfs(options))
 
 
 def _new_key(options: argparse.Namespace) -> int:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Sequence
 from datetime import UTC, datetime
 from typing import Any
 
 from models.errors import DuocellError
 from service.cli import Exit
-from service.cli_input import complain, library_from, read
+from service.cli_input import RobotUrdfs, complain, library_from, read
 from service.cli_solve import check_writable, exit_code, show
 from service.issues import InvalidRequest, Issue
 from service.requests.accept import accept_evaluation
@@ -22,7 +21,7 @@ SLACK = 1e-9
 """m or rad, of the region of a base."""
 
 
-def check(source: str, output: str | None, urdfs: Sequence[str]) -> int:
+def check(source: str, output: str | None, urdfs: RobotUrdfs) -> int:
     """Evaluate the layout in a file, print how good it is, write the answer if asked to."""
     try:
         check_writable(output)

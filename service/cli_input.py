@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +13,7 @@ from service.cli import Exit
 from service.issues import MOST_SHOWN, InvalidRequest, Issue
 
 if TYPE_CHECKING:
+    from models.urdf_bodies import MissingMeshes
     from service.library import Library
 
 
@@ -29,8 +31,21 @@ def read(source: str) -> bytes:
         raise InvalidRequest([Issue("", f"{source} cannot be read: {error.strerror}. Check the path.")]) from error
 
 
-def library_from(data_dir: Path, options: Sequence[str]) -> Library:
-    """What users brought to the service, and robots of options NAME=FILE[:BASE[:TIP]].
+@dataclass(frozen=True, slots=True)
+class RobotUrdfs:
+    """Robots of the command line.
+
+    Attributes:
+        options: NAME=FILE[:BASE[:TIP]] each.
+        missing_meshes: what becomes of links whose mesh is missing: "refuse" or "estimate".
+    """
+
+    options: tuple[str, ...] = ()
+    missing_meshes: MissingMeshes = "refuse"
+
+
+def library_from(data_dir: Path, urdfs: RobotUrdfs) -> Library:
+    """What users brought to the service, and robots of the command line.
 
     Raises:
         InvalidRequest: an option or its file cannot be used.
@@ -40,7 +55,7 @@ def library_from(data_dir: Path, options: Sequence[str]) -> Library:
     from service.urdf_on_disk import robot_on_disk
 
     robots = {}
-    for option in options:
+    for option in urdfs.options:
         name, _, rest = option.partition("=")
         if not name or not rest or "@" in name:
             raise InvalidRequest(
@@ -48,7 +63,8 @@ def library_from(data_dir: Path, options: Sequence[str]) -> Library:
             )
         path, base, tip = (*rest.split(":"), "", "")[:3]
         try:
-            robots[name] = robot_on_disk(name, Path(path), base or None, tip or None, partial(_warn, option))
+            warn = partial(_warn, option)
+            robots[name] = robot_on_disk(name, Path(path), base or None, tip or None, warn, urdfs.missing_meshes)
         except InvalidInput as error:
             raise InvalidRequest([Issue("", f"--robot-urdf {option}: {error.detail}", error.code)]) from error
     return Library(data_dir, given=robots, deleted=True)

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from models.errors import DuocellError
 from service.cli import Exit
-from service.cli_input import complain, library_from, read
+from service.cli_input import RobotUrdfs, complain, library_from, read
 from service.issues import InvalidRequest, Issue
 from service.requests.accept import accept
 from service.settings import Settings
@@ -27,7 +26,7 @@ EXITS = {
 
 
 def solve(
-    source: str, output: str | None, urdfs: Sequence[str], time_limit: float | None, server: str | None = None
+    source: str, output: str | None, urdfs: RobotUrdfs, time_limit: float | None, server: str | None = None
 ) -> int:
     """Solve the request in a file, here or at a server; print the layout, write the answer if asked to."""
     try:
@@ -66,7 +65,7 @@ class Failed(Exception):
         self.detail = detail
 
 
-def _here(source: str, urdfs: Sequence[str], time_limit: float | None) -> dict[str, Any]:
+def _here(source: str, urdfs: RobotUrdfs, time_limit: float | None) -> dict[str, Any]:
     """Solve in this process."""
     from service.cli_local import solve_here
 
@@ -78,13 +77,13 @@ def _here(source: str, urdfs: Sequence[str], time_limit: float | None) -> dict[s
     return solve_here(accepted, library)
 
 
-def _there(server: str, source: str, urdfs: Sequence[str], time_limit: float | None) -> dict[str, Any]:
+def _there(server: str, source: str, urdfs: RobotUrdfs, time_limit: float | None) -> dict[str, Any]:
     """Solve at a server."""
     import httpx2
 
     from service.cli_remote import Refused, solve_there
 
-    if urdfs:
+    if urdfs.options:
         raise InvalidRequest([Issue("", "--robot-urdf has no meaning for a server: it has its own. Leave it out.")])
     try:
         resource = solve_there(server, _limited(read(source), time_limit))
@@ -118,7 +117,7 @@ def exit_code(result: dict[str, Any]) -> int:
     return Exit.CUT if cut else EXITS[result["outcome"]]
 
 
-def figure(source: str, output: Path, urdfs: Sequence[str]) -> int:
+def figure(source: str, output: Path, urdfs: RobotUrdfs) -> int:
     """Draw the result in a file."""
     from service.figure import write_figure
 

@@ -8,9 +8,13 @@ from math import floor, log10
 import numpy as np
 
 from models.errors import InvalidInput
-from models.meshes import Mesh, convex_pieces, read_triangles
+from models.geometry.decomposition import decompose
+from models.meshes import Mesh, read_triangles
 from service.issues import InvalidRequest, Issue
 from service.user_mesh import UserMesh
+
+MOST_PIECES = 32
+"""Hulls of a mesh; what it costs to keep clear of it grows with them."""
 
 
 def mesh_from_file(data: bytes, file: str, name: str) -> UserMesh:
@@ -31,7 +35,7 @@ def mesh_from_file(data: bytes, file: str, name: str) -> UserMesh:
         bounds = np.array([mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)])
         longest = float(np.ptp(bounds, axis=0).max())
         factor = 10.0 ** -floor(log10(longest)) if longest > 0.0 else 1.0
-        pieces = convex_pieces(Mesh(mesh.vertices * factor, mesh.faces))
+        pieces = decompose(Mesh(mesh.vertices * factor, mesh.faces), MOST_PIECES).pieces
     except InvalidInput as error:
         raise InvalidRequest([Issue("/mesh", error.detail, error.code)]) from error
     return UserMesh(

@@ -14,7 +14,7 @@ from models.errors import InvalidInput
 from models.links import LinkBody
 from models.robot import Robot
 from models.urdf import robot_of_chain
-from models.urdf_bodies import mesh_names, urdf_link_bodies
+from models.urdf_bodies import MissingMeshes, mesh_names, urdf_link_bodies
 from models.urdf_file import build_model, parse_document
 from service.issues import InvalidRequest, Issues, shortened
 from service.mesh_archive import MeshArchive
@@ -22,6 +22,8 @@ from service.settings import Limits
 from service.user_robot import UserRobot
 
 _FIELDS = ("/base_link", "/tip")
+
+ESTIMATE = 'Or let the shape of such links be estimated: missing_meshes "estimate".'
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +34,7 @@ class RobotFiles:
         name: that the robot is to have.
         file: name of the URDF file. urdf: its contents.
         meshes: contents of the zip, or None.
+        missing_meshes: "estimate": the shape of links whose mesh is missing or unreadable is estimated.
         base_link: see `models.urdf.robot_from_urdf`. tip: likewise.
     """
 
@@ -41,6 +44,7 @@ class RobotFiles:
     meshes: bytes | None = None
     base_link: str | None = None
     tip: str | None = None
+    missing_meshes: MissingMeshes = "refuse"
 
 
 @dataclass(frozen=True)
@@ -70,7 +74,8 @@ def robot_from_files(files: RobotFiles, limits: Limits) -> UserRobot:
     if described is None or archive is None:
         raise InvalidRequest(issues.found)
     contents = _contents(mesh_names(described.document), archive, issues)
-    issues.raise_any()
+    if files.missing_meshes == "refuse":
+        issues.raise_any()
     try:
         return replace(complete(described, files, contents), meshes=archive.used)
     except InvalidInput as error:
@@ -86,7 +91,7 @@ def _contents(names: Mapping[str, Sequence[str]], archive: MeshArchive, issues: 
             contents[filename] = archive(filename)
         except InvalidInput as error:
             named = f"{shortened(filename, 120)} of link {', '.join(links[:5])}"
-            issues.add("/meshes", f"Mesh {named}: {error.detail}", "invalid-robot")
+            issues.add("/meshes", f"Mesh {named}: {error.detail} {ESTIMATE}", "invalid-robot")
     return contents
 
 
@@ -115,15 +120,21 @@ def complete(described: Described, files: RobotFiles, contents: Mapping[str, byt
     Args:
         described: see `describe`.
         files: what it was made from.
-        contents: of every mesh of `mesh_names`.
+        contents: of the meshes of `mesh_names` that are there.
 
     Raises:
         InvalidRobot: see `models.urdf_bodies.urdf_link_bodies`.
     """
     robot = described.robot
-    bodies = urdf_link_bodies(described.document, described.model, robot, lambda name: contents[name])
-    robot = replace(robot, notes=(*robot.notes, *_unknown_shapes(robot, bodies)))
-    return UserRobot(robot, bodies or None, version_of(robot, files.urdf, contents), chain=described.chain)
+
+    def read(name: str) -> bytes:
+        if name not in contents:
+            raise FileNotFoundError(name)
+        return contents[name]
+
+    found = urdf_link_bodies(described.document, described.model, robot, read, files.missing_meshes)
+    robot = replace(robot, notes=(*robot.notes, *found.notes, *_unknown_shapes(robot, found.bodies)))
+    return UserRobot(robot, found.bodies or None, version_of(robot, files.urdf, contents), chain=described.chain)
 
 
 def version_of(robot: Robot, urdf: bytes, contents: Mapping[str, bytes]) -> str:
@@ -140,7 +151,7 @@ def version_of(robot: Robot, urdf: bytes, contents: Mapping[str, bytes]) -> str:
 def _unknown_shapes(robot: Robot, bodies: tuple[LinkBody, ...]) -> list[str]:
     """What to say about links without geometry."""
     if not bodies:
-        return ["The URDF has no collision geometry: the shape of the links is estimated from the kinematics."]
+        return ["Without collision geometry that can be used the shape of all links is estimated from the kinematics."]
     known = {body.link for body in bodies}
     bare = [name for i, name in enumerate(robot.joint_names) if i + 1 not in known]
     return [f"Without collision geometry, and not checked: what moves with {', '.join(bare)}."] if bare else []

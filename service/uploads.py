@@ -42,13 +42,14 @@ async def take_robot(request: Request, library: Library, intake: ImportWorker, s
     async with intake.place():
         form = await read_form(
             request,
-            texts=("name", "base_link", "tip"),
+            texts=("name", "base_link", "tip", "missing_meshes"),
             files=("urdf", "meshes"),
             required=("name", "urdf"),
             most=settings.max_upload,
             within=settings.upload_time_limit,
         )
         name = form.texts["name"]
+        _check_missing_meshes(form)
         await run_in_threadpool(_check_name, name, library)
         _check_place(library.robot_shelf, settings)
         robot = await intake.run(robot_from_files, _robot_files(name, form), Limits(**settings.model_dump()))
@@ -132,7 +133,16 @@ def _robot_files(name: str, form: Form) -> RobotFiles:
         meshes=None if meshes is None else meshes.data,
         base_link=form.texts.get("base_link"),
         tip=form.texts.get("tip"),
+        missing_meshes="estimate" if form.texts.get("missing_meshes") == "estimate" else "refuse",
     )
+
+
+def _check_missing_meshes(form: Form) -> None:
+    """Refuse other words than there are."""
+    word = form.texts.get("missing_meshes", "refuse")
+    if word not in ("refuse", "estimate"):
+        detail = f'{shortened(word)} is not known; allowed are "refuse" and "estimate". Choose one.'
+        raise InvalidRequest([Issue("/missing_meshes", detail)])
 
 
 def _printable(name: str) -> str:

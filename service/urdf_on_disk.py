@@ -11,55 +11,64 @@ from pathlib import Path
 
 from models.errors import InvalidInput, InvalidRobot
 from models.robot import Robot
-from models.urdf_bodies import mesh_names
+from models.urdf_bodies import MissingMeshes, mesh_names
 from models.urdf_meshes import meshes_near
-from service.robot_intake import Described, RobotFiles, complete, describe, version_of
+from service.robot_intake import ESTIMATE, Described, RobotFiles, complete, describe, version_of
 from service.shelf import Shelf
 from service.user_robot import FORMAT, UserRobot, as_document, from_document
 
-ESTIMATED = "The shape of its links is estimated from the kinematics."
+CACHE = 2
+"""Of what is kept; raised when meshes are taken apart another way."""
 
 
 def robot_on_disk(
-    name: str, path: Path, base_link: str | None, tip: str | None, warn: Callable[[str], None]
+    name: str,
+    path: Path,
+    base_link: str | None,
+    tip: str | None,
+    warn: Callable[[str], None],
+    missing_meshes: MissingMeshes = "refuse",
 ) -> UserRobot:
-    """A robot from a file.
+    """A robot from a file, as `service.robot_intake.robot_from_files` makes it from an upload.
 
     Args:
         name: that it is to have.
         path: of the URDF file.
         base_link: see `models.urdf.robot_from_urdf`. tip: likewise.
-        warn: told if the collision geometry cannot be used; the robot then goes without.
+        warn: told what shapes are estimated for want of a mesh.
+        missing_meshes: "estimate": the shape of links whose mesh is missing or unreadable is estimated.
 
     Raises:
-        InvalidRobot: unreadable, or no robot.
+        InvalidRobot: unreadable, no robot, or meshes that are missing or cannot be used.
     """
     try:
-        files = RobotFiles(name, path.name, path.read_bytes(), base_link=base_link, tip=tip)
+        files = RobotFiles(name, path.name, path.read_bytes(), None, base_link, tip, missing_meshes)
     except OSError as error:
         raise InvalidRobot(f"cannot read {path}: {error.strerror}. Check the path of the URDF file.") from error
     described = describe(files)
-    try:
-        contents = _contents(described, path)
-        if not contents:
-            return complete(described, files, contents)
-        kept = _kept(described.robot, version_of(described.robot, files.urdf, contents))
-        return kept or _keep(complete(described, files, contents))
-    except InvalidInput as error:
-        warn(f"{error.detail} {ESTIMATED}")
-        return UserRobot(described.robot, None, version_of(described.robot, files.urdf, {}), chain=described.chain)
+    contents, lost = _contents(described, path)
+    if lost and missing_meshes == "refuse":
+        raise InvalidRobot(f"{lost[0]} {ESTIMATE}")
+    for sentence in lost:
+        warn(f"{sentence} Its shape is estimated from the kinematics.")
+    if not contents:
+        return complete(described, files, contents)
+    kept = _kept(described.robot, version_of(described.robot, files.urdf, contents))
+    return replace(kept, chain=described.chain) if kept else _keep(complete(described, files, contents))
 
 
-def _contents(described: Described, path: Path) -> dict[str, bytes]:
-    """Contents of every mesh that the file names."""
+def _contents(described: Described, path: Path) -> tuple[dict[str, bytes], list[str]]:
+    """Contents of every mesh that the file names and that is there, and sentences on those that are not."""
     read = meshes_near(path)
-    contents = {}
+    contents, lost = {}, []
     for filename, links in mesh_names(described.document).items():
         try:
             contents[filename] = read(filename)
-        except FileNotFoundError as error:
-            raise InvalidRobot(f"Mesh {filename[:120]} of link {links[0]} is not near {path.name}.") from error
-    return contents
+        except FileNotFoundError:
+            lost.append(f"Mesh {filename[:120]} of link {links[0]} is not near {path.name}.")
+        except InvalidInput as error:
+            lost.append(f"Mesh {filename[:120]} of link {links[0]}: {error.detail}")
+    return contents, lost
 
 
 def _shelf() -> Shelf:
@@ -71,7 +80,7 @@ def _shelf() -> Shelf:
 def _kept(robot: Robot, version: str) -> UserRobot | None:
     """The robot as it was taken apart before, or None."""
     try:
-        path = _shelf().path(f"{FORMAT}-{version}")
+        path = _shelf().path(f"{FORMAT}.{CACHE}-{version}")
         found = None if path is None else from_document(json.loads(path.read_bytes()))
     except (OSError, RuntimeError, ValueError, KeyError, TypeError, InvalidInput):
         return None  # no home, damaged, of another time: taken apart again
@@ -80,5 +89,5 @@ def _kept(robot: Robot, version: str) -> UserRobot | None:
 
 def _keep(made: UserRobot) -> UserRobot:
     with suppress(OSError, RuntimeError):  # a read-only home, or none: next time it takes as long as this time
-        _shelf().put(f"{FORMAT}-{made.version}", as_document(made))
+        _shelf().put(f"{FORMAT}.{CACHE}-{made.version}", as_document(made))
     return made

@@ -23,7 +23,7 @@ class UserMesh:
     Attributes:
         id: digest of the file.
         name: label.
-        kind: "stl" or "obj".
+        kind: "stl", "obj" or "dae".
         size: bytes of the file.
         triangles: number of them.
         bounds: (2, 3) least and greatest coordinates.

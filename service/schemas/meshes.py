@@ -21,7 +21,7 @@ class UploadedMesh(Answer):
 
     id: str = Field(description="Identifier: a digest of the file. Shapes of requests refer to it.", examples=[_ID])
     name: str = Field(description="Label; the name of the file if none was given.", examples=["fixture"])
-    format: str = Field(description="Of the file: stl or obj.", examples=["stl"])
+    format: str = Field(description="Of the file: stl, obj or dae.", examples=["stl"])
     size: int = Field(description="Bytes of the file.", examples=[60_084])
     triangles: int = Field(description="Number of triangles.", examples=[1200])
     bounding_box: BoundingBox = Field(

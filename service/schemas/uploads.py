@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema
 from pydantic.json_schema import SkipJsonSchema
@@ -40,8 +40,8 @@ class RobotUpload(BaseModel):
     )
     meshes: Upload | SkipJsonSchema[None] = Field(
         default=None,
-        description="A zip with the STL or OBJ files that the collision geometry names. Each is looked for by the end "
-        "of its path: `package://my_arm/meshes/base.stl` is found as `meshes/base.stl` or as `base.stl`.",
+        description="A zip with the STL, OBJ or COLLADA files that the collision geometry names. Each is looked for by "
+        "the end of its path: `package://my_arm/meshes/base.stl` is found as `meshes/base.stl` or as `base.stl`.",
     )
     base_link: str | SkipJsonSchema[None] = Field(
         default=None,
@@ -55,15 +55,22 @@ class RobotUpload(BaseModel):
         "behind 6 or 7 turning joints, else the last link there that is no tool, camera or sensor.",
         examples=["tool0"],
     )
+    missing_meshes: Literal["refuse", "estimate"] | SkipJsonSchema[None] = Field(
+        default=None,
+        description="What becomes of links whose mesh is missing or unreadable; left out: `refuse`. `estimate`: "
+        "capsules along the kinematic chain stand for them, and `geometry` is `estimated`.",
+        examples=["estimate"],
+    )
 
 
 class MeshUpload(BaseModel):
-    """A solid: an STL or OBJ file."""
+    """A solid: an STL, OBJ or COLLADA file."""
 
     model_config = _FORM
 
     mesh: Upload = Field(
-        description="The file; its name ends in .stl or .obj. Units are up to you: shapes have a scale."
+        description="The file; its name ends in .stl, .obj or .dae. Units are up to you (a .dae file tells its own, "
+        "and is taken in metres): shapes have a scale."
     )
     name: str | SkipJsonSchema[None] = Field(
         default=None, max_length=200, description="Label; left out: the name of the file.", examples=["fixture"]

@@ -13,7 +13,8 @@ from scipy.spatial import ConvexHull as Hull
 
 from models.arrays import Floats
 from models.few_corners import MOST_CORNERS, enclosing_corners
-from models.meshes import Mesh, convex_pieces
+from models.geometry.decomposition import decompose
+from models.meshes import Mesh
 
 
 def sticking_out(points: Floats, hull: Hull) -> float:
@@ -49,6 +50,6 @@ def test_flat_sides_stay_where_they_are() -> None:
 def test_a_ball_of_many_triangles_is_quickly_a_piece_of_few_corners() -> None:
     ball = trimesh.creation.icosphere(subdivisions=5)
     started = time.perf_counter()
-    (piece,) = convex_pieces(Mesh(ball.vertices, ball.faces))
+    (piece,) = decompose(Mesh(ball.vertices, ball.faces)).pieces
     assert len(piece.points) <= MOST_CORNERS
     assert time.perf_counter() - started < 10.0

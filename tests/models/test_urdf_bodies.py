@@ -11,11 +11,12 @@ import trimesh
 
 from models.errors import InvalidRobot
 from models.link_frames import link_frames
-from models.links import provenance
+from models.links import link_bodies, provenance
 from models.shapes import Box, Capsule, ConvexHull, Cylinder, Sphere
 from models.urdf import robot_from_urdf
 from models.urdf_bodies import urdf_link_bodies
 from models.urdf_file import build_model, read_document
+from tests.support.acceptance import FOLDER
 from tests.support.solids import support
 
 AXES = ("0 0 1", "0 1 0", "0 1 0", "1 0 0", "0 1 0", "1 0 0")
@@ -61,9 +62,10 @@ def load(file, meshes=None):
         return files[name]
 
     model = build_model(read_document(file))
-    return robot, model, urdf_link_bodies(document, model, robot, source)
+    return robot, model, urdf_link_bodies(document, model, robot, source).bodies
 
 
+NO_GEOMETRY = b'<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1"><asset/></COLLADA>'
 EVERYTHING = {
     "base": collision('<box size="0.2 0.3 0.4"/>', '<origin xyz="0 0 0.1" rpy="0 0 0.5"/>'),
     "l2": collision('<cylinder radius="0.05" length="0.4"/>', '<origin xyz="0 0 0.2"/>')
@@ -108,7 +110,8 @@ def test_a_mesh_is_scaled_along_each_axis(tmp_path):
     ("geometry", "words"),
     [
         ('<mesh filename="gone.stl"/>', "missing"),
-        ('<mesh filename="tip.dae"/>', "stl and obj"),
+        ('<mesh filename="tip.dae"/>', "no triangles"),
+        ('<mesh filename="tip.step"/>', "stl, obj, dae"),
         ('<mesh filename="tip.stl" scale="0 1 1"/>', "scale"),
         ('<mesh filename="tip.stl" scale="1 1"/>', "scale"),
         ('<box size="1 1"/>', "size"),
@@ -122,9 +125,80 @@ def test_a_mesh_is_scaled_along_each_axis(tmp_path):
 def test_faults_name_the_link(tmp_path, geometry, words):
     file = urdf(tmp_path, {"l3": collision(geometry)})
     with pytest.raises(InvalidRobot, match=words) as error:
-        load(file, {"tip.stl": TIP["package://made/tip.stl"], "tip.dae": b"<COLLADA/>"})
+        load(file, {"tip.stl": TIP["package://made/tip.stl"], "tip.dae": NO_GEOMETRY, "tip.step": b""})
     assert error.value.pointer == "/links/l3"
 
 
 def test_links_without_collision_have_no_bodies(tmp_path):
     assert load(urdf(tmp_path, {}))[2] == ()
+
+
+def of_link_3(tmp_path, mesh: str, data: bytes | None, missing: str = "refuse"):
+    file = urdf(tmp_path, EVERYTHING | {"l3": collision(mesh)})
+    robot, model, document = robot_from_urdf(file, "base", "tip"), build_model(read_document(file)), read_document(file)
+    files = TIP | ({} if data is None else {"l3.stl": data, "l3.dae": data})
+
+    def source(name):
+        if name not in files:
+            raise FileNotFoundError(name)
+        return files[name]
+
+    return robot, urdf_link_bodies(document, model, robot, source, missing)
+
+
+@pytest.mark.parametrize("data", [None, b"no mesh at all" * 20])
+def test_a_mesh_that_is_missing_or_broken_is_estimated_where_that_is_asked_for(tmp_path, data):
+    with pytest.raises(InvalidRobot, match="l3"):
+        of_link_3(tmp_path, '<mesh filename="l3.stl"/>', data)
+    robot, found = of_link_3(tmp_path, '<mesh filename="l3.stl"/>', data, "estimate")
+    estimated = [body for body in found.bodies if body.provenance == "estimated"]
+    assert {body.link for body in estimated} == {3}
+    assert [body.body.shape for body in estimated] == [b.body.shape for b in link_bodies(robot) if b.link == 3]
+    assert {b.link for b in found.bodies if b.provenance == "mesh"} == {0, 2, 4, 6}
+    assert any("the shape of l3 (l3.stl: " in note for note in found.notes)
+
+
+def test_a_collada_mesh_stands_where_its_scene_puts_it_in_its_own_unit(tmp_path):
+    box = trimesh.creation.box((100.0, 200.0, 300.0))
+    box.apply_translation([50.0, 0.0, 0.0])
+    data = trimesh.exchange.dae.export_collada(box).replace(b"<created>", b'<unit name="mm" meter="0.001"/><created>')
+    _, found = of_link_3(tmp_path, '<mesh filename="l3.dae"/>', data)
+    (hull,) = [b.body.shape for b in found.bodies if b.link == 3]
+    assert hull.points.min(axis=0) == pytest.approx([0.0, -0.1, -0.15])
+    assert hull.points.max(axis=0) == pytest.approx([0.1, 0.1, 0.15])
+
+
+@pytest.mark.parametrize(
+    "data", [b"PK\x03\x04", b"<!DOCTYPE a [<!ENTITY b 'c'>]><COLLADA/>", "<COLLADA/>".encode("utf-16")]
+)
+def test_a_collada_file_with_a_document_type_is_not_read(tmp_path, data):
+    with pytest.raises(InvalidRobot, match="document type"):
+        of_link_3(tmp_path, '<mesh filename="l3.dae"/>', data)
+
+
+@pytest.mark.parametrize("missing", ["refuse", "estimate"])
+def test_a_mesh_in_millimetres_without_a_scale_is_asked_back(tmp_path, missing):
+    data = (FOLDER / "urdf" / "14_stl_in_millimetres_no_scale.stl").read_bytes()
+    with pytest.raises(InvalidRobot, match="Did you mean millimetres"):
+        of_link_3(tmp_path, '<mesh filename="l3.stl"/>', data, missing)
+    of_link_3(tmp_path, '<mesh filename="l3.stl" scale="0.001 0.001 0.001"/>', data)
+
+
+def test_what_is_left_out_of_a_mesh_is_told(tmp_path):
+    data = (FOLDER / "urdf" / "12_stl_box_and_one_flat_triangle_refused.stl").read_bytes()
+    _, found = of_link_3(tmp_path, '<mesh filename="l3.stl"/>', data)
+    assert any("left out: l3 (1)" in note for note in found.notes)
+
+
+def test_many_meshes_share_a_budget_of_pieces(tmp_path):
+    ring = trimesh.creation.torus(0.2, 0.05, major_sections=16, minor_sections=8)
+    files = {f"ring{i}.stl": (ring.apply_translation([1e-3, 0, 0]) or ring).export(file_type="stl") for i in range(40)}
+    links = ("base", "l1", "l2", "l3")
+    geometry = {
+        link: "".join(collision(f'<mesh filename="ring{10 * k + i}.stl"/>') for i in range(10))
+        for k, link in enumerate(links)
+    }
+    _, _, bodies = load(urdf(tmp_path, geometry), files)
+    assert len(bodies) == 40  # one each: a link of ten meshes has no more pieces for that
+    alone = load(urdf(tmp_path, {"l1": collision('<mesh filename="ring0.stl"/>')}), files)[2]
+    assert len(alone) == 8

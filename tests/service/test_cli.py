@@ -8,13 +8,14 @@ import subprocess
 import sys
 import time
 import urllib.request
+from collections import OrderedDict
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from models.meshes import Mesh, convex_pieces
-from models.shapes import ConvexHull
+from models.geometry.decomposition import Decomposition, decompose
+from models.meshes import Mesh
 from service.cli import main
 from service.cli_solve import exit_code
 from service.library import Library
@@ -256,17 +257,21 @@ def test_a_urdf_file_brings_the_shape_of_its_links(
 
     taken_apart: list[Mesh] = []
 
-    def counted(mesh: Mesh) -> tuple[ConvexHull, ...]:
+    def counted(mesh: Mesh, most: int) -> Decomposition:
         taken_apart.append(mesh)
-        return convex_pieces(mesh)
+        return decompose(mesh, most)
 
-    monkeypatch.setattr("models.urdf_bodies.convex_pieces", counted)
+    monkeypatch.setattr("models.geometry.link_meshes.decompose", counted)
+    monkeypatch.setattr("models.geometry.link_meshes._kept", OrderedDict())
     assert [geometry(), geometry()] == ["mesh", "mesh"]
     assert len(taken_apart) == 3  # of three meshes; the second time they were known
     assert main(["check", str(tmp_path / "result.json"), *option]) == 0
     assert capsys.readouterr().err == ""
 
     (tmp_path / "own_arm" / "meshes" / "collision" / "base.stl").unlink()
+    assert main(solve) == 2
+    assert 'missing_meshes "estimate"' in capsys.readouterr().err
+    solve += ["--missing-meshes", "estimate"]
     assert geometry() == "estimated"
     warning = capsys.readouterr().err
     assert "base.stl of link base_link" in warning

@@ -216,7 +216,11 @@ REFUSED: dict[str, tuple[Document, str, str]] = {
     "a name with a line break": ({"name": (None, "own\n")}, "/name", "letters"),
     "an endless name": ({"name": (None, "x" * 1000)}, "/name", "64"),
     "a name as a file": ({"name": ("own", "own")}, "/name", "without a file name"),
-    "an unknown part": ({"colour": (None, "red")}, "/colour", "allowed are name, base_link, tip, urdf, meshes"),
+    "an unknown part": (
+        {"colour": (None, "red")},
+        "/colour",
+        "allowed are name, base_link, tip, missing_meshes, urdf, meshes",
+    ),
     "no XML": ({"urdf": ("own.urdf", "solid arm")}, "/urdf", "no valid XML"),
     "an empty urdf": ({"urdf": ("own.urdf", "")}, "/urdf", "no valid XML"),
     "laughs": ({"urdf": ("own.urdf", LAUGHS)}, "/urdf", "document type"),
@@ -251,11 +255,11 @@ REFUSED: dict[str, tuple[Document, str, str]] = {
     "a mesh without volume": ({"meshes": archive(upper_arm=sheet())}, "/urdf/links/upper_arm", "no volume"),
     "a mesh of another format": (
         {
-            "urdf": ("own.urdf", urdf({"hand": '<mesh filename="hand.dae"/>'})),
-            "meshes": ("m.zip", zipped({"hand.dae": b""})),
+            "urdf": ("own.urdf", urdf({"hand": '<mesh filename="hand.step"/>'})),
+            "meshes": ("m.zip", zipped({"hand.step": b""})),
         },
         "/urdf/links/hand",
-        "stl and obj",
+        "stl, obj, dae",
     ),
     "a mesh of the internet": (
         {"urdf": ("own.urdf", urdf({"hand": '<mesh filename="https://host/hand.stl"/>'}))},

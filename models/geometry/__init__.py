@@ -1,0 +1,1 @@
+"""Triangle meshes: reading them, and the convex bodies that stand for them."""

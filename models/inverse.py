@@ -1,7 +1,8 @@
 """Every inverse-kinematics branch of a pose, behind one interface whatever the arm.
 
-Three sources, in this order: our vectorised closed forms; ssik's analytic solvers for the other arms of its
-catalogue; Newton's method from many seeds for general arms given by a table or a file. Six-joint arms have finitely
+Four sources, in this order: our vectorised closed forms; ssik's analytic solvers for the other arms of its
+catalogue; the closed form of the arm that a rounded or calibrated one was drawn as, refined; Newton's method from many
+seeds for general arms given by a table or a file. Six-joint arms have finitely
 many branches; for seven joints the branches are those at samples of the redundancy, and completeness is not claimed.
 """
 
@@ -16,7 +17,8 @@ import ssik
 from models.arrays import Floats
 from models.branches import solve_branches
 from models.closed_form import closed_form
-from models.numeric_inverse import numeric_branches
+from models.nominal import Nominal, nominal, posture_form
+from models.numeric_inverse import brought_to, numeric_branches, unique
 from models.robot import Robot
 
 REACHED = 1e-9
@@ -46,8 +48,21 @@ def branches(robot: Robot, targets: Floats) -> Iterator[Floats]:
             solutions = solver.solve(target, respect_limits=False, allow_rescue=False)
             yield np.array([solution.q for solution in solutions]).reshape(-1, robot.dof)
     else:
+        meant = nominal(robot)
         for target in targets:
-            yield numeric_branches(robot, target)
+            nearby = np.zeros((0, robot.dof)) if meant is None else _refined(robot, meant, target)
+            yield nearby if len(nearby) else numeric_branches(robot, target)
+
+
+def _refined(robot: Robot, meant: Nominal, target: Floats) -> Floats:
+    """Branches (K, n) of a flange pose (4, 4) from those of the arm that ``robot`` was drawn as."""
+    form = closed_form(meant.robot)
+    if form is None:
+        raise AssertionError("a nominal arm without a closed form")
+    found = solve_branches(form, target[None, :3, :3], target[None, :3, 3])
+    near = found.joints[:, found.missing[:, 0] < max(meant.position, REACHED), 0].T
+    q, reached = brought_to(robot, near, np.broadcast_to(target, (len(near), 4, 4)))
+    return unique(q[reached])
 
 
 @lru_cache(maxsize=128)
@@ -63,12 +78,19 @@ def source_of_branches(robot: Robot) -> str:
     if robot.ssik_name is not None:
         samples = ", at samples of the redundancy" if robot.dof > 6 else ""
         return f"analytic (ssik){samples}"
+    meant = nominal(robot)
+    if meant is not None:
+        kind = "spherical wrist" if meant.kind == "spherical-wrist" else "three parallel"
+        return (
+            f"closed form ({kind}) of the geometry that was meant, from which this one differs by at most "
+            f"{1000.0 * meant.position:.3g} mm and {1000.0 * meant.angle:.3g} mrad; refined on the true geometry"
+        )
     return "numeric from many seeds, completeness not claimed"
 
 
 def posture_definitions(robot: Robot) -> dict[str, dict[str, str]] | None:
     """What the words of a posture mean for this robot; None for robots without postures."""
-    form = closed_form(robot)
+    form = posture_form(robot)
     if form is None:
         return None
     names = robot.joint_names

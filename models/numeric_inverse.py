@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from models.arm import TURN
-from models.arrays import Floats
+from models.arrays import Bools, Floats
 from models.chain import chain_of
 from models.robot import Robot
 from models.sampling import even_points
@@ -19,6 +19,8 @@ from models.screws import forward_and_jacobian, pose_error
 
 SEEDS = 128
 ITERATIONS = 25
+NEARBY = 15
+"""Iterations from joint values that nearly reach."""
 CONVERGED = 1e-10
 """m and rad."""
 SAME = 1e-3
@@ -43,7 +45,37 @@ def numeric_branches(robot: Robot, target: Floats) -> Floats:
             break
     rotations, positions, _ = forward_and_jacobian(chain, q)
     good = np.max(np.abs(pose_error(rotations, positions, target)), axis=1) < CONVERGED
-    return _unique(q[good])
+    return unique(q[good])
+
+
+def brought_to(robot: Robot, q: Floats, targets: Floats) -> tuple[Floats, Bools]:
+    """Joint values that reach flange poses, from others that nearly do.
+
+    Args:
+        robot: the chain.
+        q: (K, n) rad, near a solution each.
+        targets: (K, 4, 4) flange poses in the base frame.
+
+    Returns:
+        (K, n) rad, and (K,) True where they reach to within `CONVERGED`.
+    """
+    chain = chain_of(robot)
+    q = q.copy()
+    for _ in range(NEARBY):
+        rotations, positions, jacobians = forward_and_jacobian(chain, q)
+        error = pose_error(rotations, positions, targets)
+        size = np.sum(error * error, axis=1)
+        if np.all(size < (0.1 * CONVERGED) ** 2):
+            break
+        damping = np.minimum(1e-6, 1e-3 * size)[:, None, None] + 1e-16
+        transposed = np.swapaxes(jacobians, 1, 2)
+        normal = jacobians @ transposed + damping * np.eye(6)
+        step = (transposed @ np.linalg.solve(normal, error[..., None]))[..., 0]
+        longest = np.max(np.abs(step), axis=1, keepdims=True)
+        q += step * np.minimum(1.0, 0.2 / np.maximum(longest, 1e-300))
+    rotations, positions, _ = forward_and_jacobian(chain, q)
+    reached: Bools = np.max(np.abs(pose_error(rotations, positions, targets)), axis=1) < CONVERGED
+    return q, reached
 
 
 @lru_cache(maxsize=4)
@@ -51,7 +83,7 @@ def _seeds(n: int) -> Floats:
     return TURN * (even_points(n, SEEDS, 1) - 0.5)
 
 
-def _unique(q: Floats) -> Floats:
+def unique(q: Floats) -> Floats:
     """One of each group of equal solutions, values in (-π, π]."""
     wrapped = np.arctan2(np.sin(q), np.cos(q))
     kept: list[Floats] = []

@@ -19,6 +19,7 @@ from models.description.link_tree import LinkTree
 from models.dh import MAX_ANGLE, MAX_LENGTH, check_full_rank
 from models.errors import InvalidRobot
 from models.kinematics import chain
+from models.nominal import as_drawn
 from models.pose import inverse
 from models.reference import working_reference
 from models.robot import Robot
@@ -129,7 +130,8 @@ def _robot(document: ElementTree.Element, file: str, model: Any, way: _Path, cho
             *limit_warnings,
         ),
     }
-    reference, reason = working_reference(Robot(**fields, reference=np.zeros(len(names))))
+    bare = Robot(**fields, reference=np.zeros(len(names)))
+    reference, reason = working_reference(as_drawn(bare))  # rounded angles must not decide between mirror images
     return Robot(**fields, reference=reference, reference_source=reason)
 
 

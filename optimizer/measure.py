@@ -10,9 +10,10 @@ from models.arm import Arm
 from models.arrays import Floats
 from models.branches import posture_terms, signs_of
 from models.cell import Cell
-from models.closed_form import ClosedForm, closed_form
+from models.closed_form import ClosedForm
 from models.kinematics import characteristic_length, conditioning
 from models.links import provenance
+from models.nominal import posture_form
 from models.posture import name_signs
 from models.task import Task
 from models.wrist_singularity import wrist_distance
@@ -58,7 +59,7 @@ def path_signs(form: ClosedForm, joints: Floats) -> tuple[int, int, int]:
 
 def placed(cell: Cell, arm: Arm, point: ArmPoint) -> Placement:
     """All figures of one arm of a cell at a point."""
-    form = closed_form(arm.robot)
+    form = posture_form(arm.robot)
     length = characteristic_length(arm.robot)
     margins = joint_margins(arm, point.joints)
     return Placement(

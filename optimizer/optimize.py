@@ -21,8 +21,9 @@ from optimizer.progress.incumbents import arm_found, recording
 from optimizer.progress.timetable import Progress, Timetable, timetable
 from optimizer.prove import against, prove
 from optimizer.reasons import name_jobs
-from optimizer.search import ArmSearch, search_arm
+from optimizer.search import search_arm
 from optimizer.settings import Settings
+from optimizer.single_arm.arm_search import ArmSearch
 from optimizer.verify import check, summarise
 from optimizer.watch import tell
 

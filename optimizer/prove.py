@@ -19,8 +19,9 @@ from optimizer.local import solve_locally
 from optimizer.proof import ArmProof, Incumbent, relative_gap
 from optimizer.reasons import explain_proof
 from optimizer.reduced import ReducedProblem
-from optimizer.search import ArmSearch
 from optimizer.settings import CertificateSettings
+from optimizer.single_arm.arm_search import ArmSearch
+from optimizer.single_arm.as_drawn import what_is_bounded
 from optimizer.single_arm.passable import best_passable
 from optimizer.single_arm.refinement import path_from
 from optimizer.verify import check
@@ -101,6 +102,10 @@ def _prove_arm(cell: Cell, search: ArmSearch, settings: CertificateSettings) -> 
     arm = search.arm
     if search.proved:
         return ArmCertificate(arm.name, None, None, True, 0, 0.0, "proved infeasible: out of reach")
+    if search.drawing is not None and search.meant is not None:
+        drawn = _prove_arm(cell, search.drawing, settings)
+        note = what_is_bounded(search.meant, drawn.lower_bound)
+        return ArmCertificate(arm.name, None, None, False, drawn.boxes, drawn.wall_time, note, drawn.ended)
     if search.problem is None:
         return ArmCertificate(arm.name, None, None, False, 0, 0.0, _no_proof(search))
     known = search.objective if search.best is not None else None

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
 from models.arm import Arm
 from models.arrays import Floats
 from models.cell import Cell
+from models.nominal import Nominal, nominal
 from optimizer.box import search_box
 from optimizer.certificate.budget import boxes_for
 from optimizer.certificate.certify import BranchAndBound, certify
@@ -23,6 +24,8 @@ from optimizer.reasons import explain_general, explain_proof, explain_reach, exp
 from optimizer.reduced import ReducedProblem, evaluate_signed, reduced_problem
 from optimizer.screening import ROUNDS, Candidate, Screen, screen
 from optimizer.settings import CertificateSettings, Settings
+from optimizer.single_arm.arm_search import ArmSearch
+from optimizer.single_arm.as_drawn import admitted, starts_from
 from optimizer.single_arm.base_sample import BoxFrame
 from optimizer.single_arm.basins import LEVEL, ROUNDED, distinct_optima, elsewhere
 from optimizer.single_arm.doubt import at_limit, in_doubt
@@ -65,42 +68,10 @@ LONG_TASK = 200
 """Poses from which on only half as many starts are solved."""
 
 
-@dataclass(eq=False, slots=True)
-class ArmSearch:
-    """What was found for one arm.
-
-    Attributes:
-        arm: the arm.
-        best: best usable point whose way from pose to pose can be gone, or None.
-        nearest: where there is none, what was seen that comes nearest: usable but for its way, or breaking least.
-        objective: E there; infinite without a point.
-        candidates: bases × postures looked at. starts: local solves.
-        optima: usable points that local solves ended in, best first: (objective, point).
-        basins: how often each distinct one was reached, best first: (objective, hits).
-        finished: False if time ran out.
-        reasons: why there is no point. proved: True if that is certain.
-        problem: the reduced problem, for a certificate; None for arms without one.
-        tree: branch and bound over its bases as far as the search needed it; a certificate can go on with it.
-    """
-
-    arm: Arm
-    best: ArmPoint | None = None
-    nearest: ArmPoint | None = None
-    objective: float = np.inf
-    candidates: int = 0
-    starts: int = 0
-    optima: list[tuple[float, ArmPoint]] = field(default_factory=list)
-    basins: list[tuple[float, int]] = field(default_factory=list)
-    finished: bool = True
-    reasons: tuple[Reason, ...] = ()
-    proved: bool = False
-    problem: ReducedProblem | None = None
-    tree: BranchAndBound | None = None
-
-
 def search_arm(cell: Cell, arm: Arm, settings: Settings, deadline: float) -> ArmSearch:
     """Find the best placement of one arm that nothing couples to others."""
-    search = ArmSearch(arm, problem=reduced_problem(cell, arm))
+    meant = nominal(arm.robot)
+    search = ArmSearch(arm, problem=None if meant is not None else reduced_problem(cell, arm))
     box = search_box(cell, arm)
     if np.any(box[:, 0] > box[:, 1]):
         search.reasons, search.proved = explain_reach(cell, arm), True
@@ -114,11 +85,26 @@ def search_arm(cell: Cell, arm: Arm, settings: Settings, deadline: float) -> Arm
         if not cell.coupled:
             _search_boxes(cell, search, search.problem, box, settings, deadline)
     else:
-        _search_general(cell, search, box, settings.seed, deadline)
+        if meant is not None:
+            _search_drawing(cell, search, meant, settings, deadline)
+        if search.best is None:
+            _search_general(cell, search, box, settings.seed, deadline)
     if search.best is None and not search.finished:
         detail = f"{arm.name}: the time limit was reached before a usable base was found; allow more time"
         search.reasons = (Reason(arm.name, "limit_reached", (), detail),)
     return search
+
+
+def _search_drawing(cell: Cell, search: ArmSearch, meant: Nominal, settings: Settings, deadline: float) -> None:
+    """Search the arm that this one was drawn as, and take its optima over to this one."""
+    drawing = search_arm(cell, replace(search.arm, robot=meant.robot), settings, deadline)
+    search.drawing, search.meant = drawing, meant
+    search.candidates, search.starts, search.finished = drawing.candidates, drawing.starts, drawing.finished
+    best = [] if drawing.best is None else [(drawing.objective, drawing.best)]
+    admits, optima = admitted(search.arm, meant), []
+    for start in starts_from(cell, search.arm, meant, best + drawing.optima, deadline):
+        optima += [one for one in _solve(cell, search, start, deadline) if admits(one[1])]
+    _keep(cell, search, optima, deadline)
 
 
 def _search_reduced(

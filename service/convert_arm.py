@@ -10,9 +10,9 @@ from models import catalogue
 from models.arm import NARROWEST, BaseRegion, Interval, equal_weights, range_weights
 from models.arm import Arm as ModelArm
 from models.arrays import Bools, Floats
-from models.closed_form import closed_form
 from models.dh import DhRow, robot_from_dh
 from models.errors import UnknownRobot
+from models.nominal import posture_form
 from models.pose import rotation_from_rpy
 from models.posture import ELBOW, SHOULDER, WRIST
 from models.posture import Posture as ModelPosture
@@ -178,7 +178,7 @@ def _posture(posture: Posture | None, robot: Robot, pointer: str, issues: Issues
         elbow=None if posture.elbow is None else ELBOW[posture.elbow],  # type: ignore[arg-type]
         wrist=None if posture.wrist is None else WRIST[posture.wrist],  # type: ignore[arg-type]
     )
-    if not wanted.free and closed_form(robot) is None:
+    if not wanted.free and posture_form(robot) is None:
         issues.add(
             f"{pointer}/posture",
             f"{robot.name} has no named postures: neither a spherical wrist nor three parallel axes. "

@@ -21,7 +21,7 @@ from optimizer.coupled.refinements import Terms, first_usable, refine_all
 from optimizer.coupled.scene import Scene
 from optimizer.program import ArmPoint
 from optimizer.reduced import ReducedProblem
-from optimizer.search import ArmSearch
+from optimizer.single_arm.arm_search import ArmSearch
 
 DENSITIES = (0.15, 1.0, 4.0)
 """Samples of each round, relative to `candidates.layouts.POSITIONS`: the first is to find a usable layout early, the

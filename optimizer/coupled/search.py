@@ -16,8 +16,8 @@ from optimizer.coupled.scene import Scene
 from optimizer.coupled.sqp.refine import Refined, refine
 from optimizer.progress.incumbents import layout_found
 from optimizer.reduced import reduced_problem
-from optimizer.search import ArmSearch
 from optimizer.settings import Settings
+from optimizer.single_arm.arm_search import ArmSearch
 
 PRECISE = 1e-9
 """Relative fall of the merit at which the answer's last descent ends."""

@@ -14,8 +14,9 @@ from optimizer.coupled.scene import LIMITS, Scene
 from optimizer.coupled.sqp.refine import refine
 from optimizer.infeasibility.searched.obstructed import obstruction
 from optimizer.program import ArmPoint
-from optimizer.search import ArmSearch, search_arm
+from optimizer.search import search_arm
 from optimizer.settings import Settings
+from optimizer.single_arm.arm_search import ArmSearch
 
 ARM_TIME = 4.0
 """s that the search of one arm alone may take."""

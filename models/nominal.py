@@ -1,0 +1,161 @@
+"""The geometry that a description means: an arm whose axes are parallel, square or meeting where they nearly are.
+
+Files print 1.57 for a right angle and lengths to the micrometre, and calibrated arms are off their drawing by a
+milliradian. Such an arm has no closed form, though its drawing has one. The drawing is restored from the chain at zero:
+directions are drawn to those of axes before them, to right angles with them and to the base's vertical, and points to
+where axes meet. How far the flange of the one is from that of the other is bounded for all joint values at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from models.arrays import Floats
+from models.chain import Chain, chain_of
+from models.closed_form import ClosedForm, closed_form
+from models.kinematics import reach
+from models.pose import inverse, transform
+from models.robot import Robot
+
+ANGLE = 5e-3
+"""rad; axes that are parallel or square but for less are meant to be."""
+LENGTH = 2e-3
+"""Of the arm's reach; axes that miss each other by less are meant to meet."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Nominal:
+    """An arm with a closed form that stands for another one.
+
+    Attributes:
+        robot: same joints and limits; it has a closed form, and axis 1 along the base's z axis if the true one nearly
+            has.
+        position: m, its flange is never farther than this from the true one at the same joint values.
+        angle: rad, likewise turned.
+    """
+
+    robot: Robot
+    position: float
+    angle: float
+
+    @property
+    def kind(self) -> str:
+        """Class of its closed form."""
+        form = closed_form(self.robot)
+        return "" if form is None else form.kind
+
+
+@lru_cache(maxsize=256)
+def nominal(robot: Robot) -> Nominal | None:
+    """The arm that ``robot`` was drawn as, where that has a closed form and the robot itself has none; else None."""
+    if robot.dof != 6:
+        return None
+    chain = chain_of(robot)
+    if closed_form(robot) is not None and chain.vertical_sign != 0:
+        return None
+    drawn = _drawn(chain, LENGTH * reach(robot))
+    stand_in = _robot_of(robot, drawn)
+    if closed_form(stand_in) is None or (closed_form(robot) is not None and chain_of(stand_in).vertical_sign == 0):
+        return None
+    return Nominal(stand_in, *_apart(chain, drawn))
+
+
+def posture_form(robot: Robot) -> ClosedForm | None:
+    """What the words of a posture mean for a robot: its closed form, or that of the arm it was drawn as."""
+    meant = nominal(robot) if closed_form(robot) is None else None
+    return closed_form(robot if meant is None else meant.robot)
+
+
+def as_drawn(robot: Robot) -> Robot:
+    """The robot with the geometry that was meant, whether that has a closed form or not."""
+    return _robot_of(robot, _drawn(chain_of(robot), LENGTH * reach(robot)))
+
+
+def _drawn(chain: Chain, near: float) -> Chain:
+    """The chain with axes drawn to where they are meant to be; ``near`` [m]: how far points may move."""
+    known = [np.array([0.0, 0.0, 1.0])]
+    axes = []
+    for axis in chain.axes:
+        axes.append(_drawn_to(axis, known))
+        known.append(axes[-1])
+    points = chain.points.copy()
+    if float(np.linalg.norm(np.cross(axes[0], known[0]))) == 0.0 and np.hypot(*points[0, :2]) < near:
+        points[0, :2] = 0.0
+    h = np.array(axes)
+    last = 3 if not _parallel(h[2], h[3]) else 4
+    middle = _nearest_point(h[last:], points[last:])
+    if middle is not None and all(_off(middle, p, a) < near for p, a in zip(points[last:], h[last:], strict=True)):
+        points[last:] = middle
+    return Chain(h, points, chain.home)
+
+
+def _drawn_to(axis: Floats, known: list[Floats]) -> Floats:
+    """A unit direction drawn to one of those known, or to right angles with one or two of them."""
+    for other in known:
+        if np.linalg.norm(np.cross(axis, other)) < ANGLE:
+            return other * np.sign(axis @ other)
+    square = [other for other in known if abs(axis @ other) < ANGLE]
+    for i, one in enumerate(square):
+        for other in square[:i]:
+            across = np.cross(one, other)
+            if np.linalg.norm(across) > 0.1:
+                across = across / np.linalg.norm(across)
+                return np.asarray(across * np.sign(across @ axis))
+    for one in reversed(square[1:] or square):  # the base's z axis says least
+        axis = axis - one * (axis @ one)
+        return np.asarray(axis / np.linalg.norm(axis))
+    return axis
+
+
+def _parallel(first: Floats, second: Floats) -> bool:
+    return float(np.linalg.norm(np.cross(first, second))) < 1e-12
+
+
+def _nearest_point(axes: Floats, points: Floats) -> Floats | None:
+    """The point with the least squared distances from lines; None if they are parallel."""
+    projectors = np.eye(3) - axes[:, :, None] * axes[:, None, :]
+    normal = projectors.sum(axis=0)
+    if np.linalg.cond(normal) > 1e8:
+        return None
+    return np.asarray(np.linalg.solve(normal, np.einsum("iab,ib->a", projectors, points)))
+
+
+def _off(point: Floats, on_line: Floats, axis: Floats) -> float:
+    """Distance [m] of a point from a line."""
+    return float(np.linalg.norm(np.cross(point - on_line, axis)))
+
+
+def _robot_of(robot: Robot, chain: Chain) -> Robot:
+    """The robot of a chain, its frames along the base's axes at zero."""
+    before, placements = np.zeros(3), []
+    for point in chain.points:
+        placements.append(transform(np.eye(3), point - before))
+        before = point
+    return replace(
+        robot,
+        joint_placements=np.array(placements),
+        joint_axes=chain.axes,
+        flange_placement=inverse(transform(np.eye(3), before)) @ chain.home,
+    )
+
+
+def _apart(true: Chain, drawn: Chain) -> tuple[float, float]:
+    """Bounds of how far two chains with one flange at zero move it apart: [m] and [rad].
+
+    The flange is the product of one turn per joint and of one home pose. Where the axis of a turn is tilted by δ about
+    a point at distance d from the other axis, the turn about it differs by an angle of at most 2 δ and moves a point at
+    distance r by at most 2 δ r + 2 d elsewhere; what stands before the joint only moves that about.
+    """
+    ends = [*true.points[1:], true.home[:3, 3]]
+    links = [float(np.linalg.norm(end - point)) for point, end in zip(true.points, ends, strict=True)]
+    position, angle = 0.0, 0.0
+    for i in range(len(true.axes)):
+        tilt = float(np.arcsin(np.clip(np.linalg.norm(np.cross(true.axes[i], drawn.axes[i])), 0.0, 1.0)))
+        offset = _off(drawn.points[i], true.points[i], true.axes[i])
+        lever = sum(links[i:]) + float(np.linalg.norm(drawn.points[i] - true.points[i]))
+        position += 2.0 * tilt * lever + 2.0 * offset
+        angle += 2.0 * tilt
+    return position * (1.0 + 1e-9), angle * (1.0 + 1e-9)

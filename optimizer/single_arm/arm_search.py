@@ -1,0 +1,50 @@
+"""What the search of one arm found, and where it stands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from models.arm import Arm
+from models.nominal import Nominal
+from optimizer.certificate.certify import BranchAndBound
+from optimizer.layout import Reason
+from optimizer.program import ArmPoint
+from optimizer.reduced import ReducedProblem
+
+
+@dataclass(eq=False, slots=True)
+class ArmSearch:
+    """What was found for one arm.
+
+    Attributes:
+        arm: the arm.
+        best: best usable point whose way from pose to pose can be gone, or None.
+        nearest: where there is none, what was seen that comes nearest: usable but for its way, or breaking least.
+        objective: E there; infinite without a point.
+        candidates: bases × postures looked at. starts: local solves.
+        optima: usable points that local solves ended in, best first: (objective, point).
+        basins: how often each distinct one was reached, best first: (objective, hits).
+        finished: False if time ran out.
+        reasons: why there is no point. proved: True if that is certain.
+        problem: the reduced problem, for a certificate; None for arms without one.
+        tree: branch and bound over its bases as far as the search needed it; a certificate can go on with it.
+        drawing: search of the arm that this one was drawn as, `meant`, where its own geometry has no closed form.
+    """
+
+    arm: Arm
+    best: ArmPoint | None = None
+    nearest: ArmPoint | None = None
+    objective: float = np.inf
+    candidates: int = 0
+    starts: int = 0
+    optima: list[tuple[float, ArmPoint]] = field(default_factory=list)
+    basins: list[tuple[float, int]] = field(default_factory=list)
+    finished: bool = True
+    reasons: tuple[Reason, ...] = ()
+    proved: bool = False
+    problem: ReducedProblem | None = None
+    tree: BranchAndBound | None = None
+    drawing: ArmSearch | None = None
+    meant: Nominal | None = None

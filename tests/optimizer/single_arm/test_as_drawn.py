@@ -1,0 +1,57 @@
+"""Layouts of arms that are not quite as drawn: found on the drawing, kept on the true arm."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from models.cell import Cell
+from models.closed_form import closed_form
+from models.kinematics import flange_poses
+from models.nominal import nominal
+from models.pose import rotation_x, transform
+from models.posture import Posture
+from models.task import line
+from models.urdf import robot_from_urdf
+from optimizer.layout import Outcome
+from optimizer.optimize import optimize
+from optimizer.settings import Settings
+from tests.support.acceptance import FOLDER
+from tests.support.arms import make_arm, region
+
+ROBOT = robot_from_urdf(FOLDER / "urdf" / "16_calibrated_three_parallel_arm.urdf")
+ENDS = [transform(rotation_x(np.pi), np.array([0.0, side, 0.3])) for side in (-0.2, 0.2)]
+
+
+def solved(**given):
+    arm = make_arm(ROBOT, base=region((-1.0, 1.0), (-1.0, 1.0)), **given)
+    cell = Cell(line(ENDS[0], ENDS[1], 8), (arm,))
+    return cell, arm, optimize(cell, Settings(time_limit=120.0))
+
+
+def test_a_calibrated_arm_is_laid_out_as_well_as_its_drawing_and_verified_as_it_is():
+    meant = nominal(ROBOT)
+    assert closed_form(ROBOT) is None
+    assert meant is not None
+    cell, arm, layout = solved()
+    assert layout.outcome is Outcome.FEASIBLE  # nothing is proved of the true arm
+    (placement,) = layout.placements
+    reached = arm.base_in_world(placement.position, placement.yaw) @ flange_poses(ROBOT, placement.joints)
+    assert np.abs(reached - cell.task.poses).max() < 1e-6
+    drawn = make_arm(meant.robot, base=arm.base, reference=arm.reference)
+    best = optimize(Cell(cell.task, (drawn,)), Settings(time_limit=120.0))
+    assert best.outcome is Outcome.OPTIMAL
+    assert layout.objective == pytest.approx(best.objective, rel=0.02)
+    assert placement.posture == best.placements[0].posture
+    assert layout.certificate is not None
+    (proof,) = layout.certificate.arms
+    assert (proof.lower_bound, proof.proved) == (None, False)
+    assert "nothing costs less than" in proof.note
+    assert f"{1000.0 * meant.position:.3g} mm" in proof.note
+
+
+def test_a_posture_may_be_asked_for():
+    _, _, layout = solved(posture=Posture(elbow=1))
+    assert layout.usable
+    assert layout.placements[0].posture is not None
+    assert layout.placements[0].posture["elbow"] == "down"

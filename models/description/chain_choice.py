@@ -188,7 +188,7 @@ def _order(tree: LinkTree, link: str, base_link: str | None) -> tuple[object, ..
     name = _rank(link)
     beside = _is_beside(tree, link)
     first = chain[0].name if chain else ""
-    return (beside, min(name, len(FLANGES)), -len(chain), first, name, -len(tree.way(link)), link)
+    return (beside, -len(chain), first, name, -len(tree.way(link)), link)
 
 
 def _rank(link: str) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fastapi import Request
 
+from service.http.arriving import arriving
 from service.issues import Issue
 from service.problems import Problem
 
@@ -16,7 +17,7 @@ async def json_body(request: Request, most: int) -> bytes:
         most: bytes that it may have.
 
     Raises:
-        Problem: it calls itself something other than JSON, or is too long.
+        Problem: it calls itself something other than JSON, is too long, or does not arrive.
     """
     media_type = request.headers.get("content-type", "application/json").split(";")[0].strip().lower()
     if media_type != "application/json" and not media_type.endswith("+json"):
@@ -25,7 +26,7 @@ async def json_body(request: Request, most: int) -> bytes:
             f"The body calls itself {media_type[:80]!r}. Send JSON with the header 'Content-Type: application/json'.",
         )
     body = bytearray()
-    async for chunk in request.stream():
+    async for chunk in arriving(request):
         body += chunk
         if len(body) > most:
             detail = f"The body has more than {most} bytes (DUOCELL_MAX_BODY). Send fewer poses."

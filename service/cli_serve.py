@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import socket
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from math import ceil
+from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
@@ -24,6 +26,14 @@ MAX_HEAD = 32_768
 """Bytes of a request's head (method, address, headers) and of a chunk's; beyond them the connection is closed."""
 
 
+def keep_private(folder: Path) -> None:
+    """What this process and its workers write, requests and results of all clients, is for its own user alone."""
+    os.umask(0o077)
+    for path in folder.glob("duocell.sqlite3*"):
+        with suppress(OSError):  # not ours: its owner knows
+            path.chmod(0o600)
+
+
 def serve(**flags: Any) -> int:
     """Answer requests until told to stop; flags that are None leave the setting to the environment."""
     try:
@@ -34,12 +44,14 @@ def serve(**flags: Any) -> int:
         keyring(settings)
     except KeysUnusable as error:
         return complain([Issue("", str(error))])
+    keep_private(settings.data_dir)
     executor = ProcessExecutor(settings.workers, settings.data_dir)
     executor.start()  # the engines are loaded while this process loads the web framework
     import uvicorn
 
     from service import logs, metrics
     from service.app import create_app
+    from service.http.connections import Connection
 
     handler = logs.configure(settings)
     metrics.watch_log(lambda: getattr(handler, "dropped", 0))
@@ -67,7 +79,9 @@ def serve(**flags: Any) -> int:
         port=settings.port,
         timeout_graceful_shutdown=ceil(settings.drain + AFTER_DRAIN),
         server_header=False,
-        http="h11",  # the one that limits headers: others collect them without end
+        http=Connection,  # h11, the one that limits headers: others collect them without end
+        proxy_headers=bool(settings.trusted_proxies),
+        forwarded_allow_ips=settings.trusted_proxies,
         h11_max_incomplete_event_size=MAX_HEAD,
         log_config=None,  # `service.logs` has configured them
         access_log=False,  # `service.middleware.observe` writes it

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from difflib import get_close_matches
 from http import HTTPStatus
 
 from fastapi import FastAPI, Request
@@ -11,7 +12,7 @@ from fastapi.responses import Response
 from starlette.exceptions import HTTPException
 
 from models.errors import DuocellError
-from service.issues import InvalidRequest, Issue, shortened
+from service.issues import MOST_OF_A_NAME, InvalidRequest, Issue, shortened
 from service.jobs.job_errors import Refused
 from service.middleware.routes import route_of
 from service.problems import BY_STATUS, KINDS, Problem, phrase, response
@@ -41,6 +42,8 @@ def install(app: FastAPI) -> None:
         problem, status = as_problem(error)
         if isinstance(error, DuocellError) and KINDS[problem.code].status >= 500:
             log.error("%s", error.detail, exc_info=error)
+        if problem.code == "not-found" and isinstance(error, HTTPException):
+            problem = Problem("not-found", _nearest(request), headers=error.headers)
         if status == HTTPStatus.METHOD_NOT_ALLOWED:
             problem.headers = dict(problem.headers or {}) | _allowed(request)
         return response(problem, request.url.path, status)
@@ -91,4 +94,14 @@ def _framework_problem(error: HTTPException) -> Problem:
 def _allowed(request: Request) -> dict[str, str]:
     """All methods of an address; the framework names those of one route only, though several may share the address."""
     methods = request.app.openapi()["paths"].get(route_of(request.scope), {})
-    return {"Allow": ", ".join(sorted(method.upper() for method in methods))} if methods else {}
+    names = {method.upper() for method in methods} | ({"HEAD"} if "get" in methods else set())
+    return {"Allow": ", ".join(sorted(names))} if names else {}
+
+
+def _nearest(request: Request) -> str:
+    """What to say of an address that does not exist: where to look instead."""
+    path = request.url.path[:MOST_OF_A_NAME].rstrip("/")
+    known = [known for known in request.app.openapi()["paths"] if "{" not in known]
+    near = [f"/v1{path}"] if f"/v1{path}" in known else get_close_matches(path, known, n=1)
+    advice = f"Did you mean {near[0]}? " if near else ""
+    return f"There is nothing at this address. {advice}`/docs` and `/openapi.json` list all of them."

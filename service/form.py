@@ -11,6 +11,7 @@ from fastapi import Request
 from starlette.datastructures import FormData, UploadFile
 from starlette.formparsers import MultiPartException, MultiPartParser
 
+from service.http.arriving import arriving
 from service.issues import InvalidRequest, Issue, Issues, pointer_of, shortened
 from service.problems import Problem
 
@@ -130,7 +131,7 @@ async def _at_most(request: Request, most: int) -> AsyncGenerator[bytes, None]:
         Problem: it is longer.
     """
     length = 0
-    async for chunk in request.stream():
+    async for chunk in arriving(request):
         length += len(chunk)
         if length > most:
             raise _too_large(most - _SLACK)

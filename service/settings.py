@@ -56,6 +56,10 @@ class Access(BaseSettings):
     api_keys_file: Path | None = Field(default=None, description="file with one hash line of an API key per line")
     public_docs: bool = Field(default=True, description="/docs, /openapi.json and /problems need no key")
     public_metrics: bool = Field(default=False, description="/metrics needs no key")
+    shared: bool = Field(default=False, description="every key sees, cancels and deletes the layouts of all keys")
+    trusted_proxies: str = Field(
+        default="", description="addresses whose X-Forwarded-For is believed, separated by commas; *: everybody's"
+    )
     rate_limit: float = Field(default=0.0, ge=0.0, le=1e6, description="1/s, requests per key or address; 0: no limit")
     rate_burst: int = Field(default=20, ge=1, le=10**6, description="requests that may come at once before that")
     cors_origins: Annotated[tuple[str, ...], NoDecode] = Field(

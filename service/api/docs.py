@@ -5,10 +5,11 @@ from __future__ import annotations
 import base64
 import hashlib
 import re
+from http import HTTPStatus
 
 from fastapi import APIRouter
 from fastapi.openapi.docs import get_swagger_ui_html
-from fastapi.responses import HTMLResponse, Response
+from fastapi.responses import HTMLResponse, RedirectResponse, Response
 
 from service import metrics
 
@@ -39,6 +40,12 @@ def _policy(page: bytes) -> str:
 
 
 _HEADERS = {"Content-Security-Policy": _policy(_PAGE)}
+
+
+@router.get("/")
+async def get_root() -> RedirectResponse:
+    """Who comes to the address of the service without any idea sees what it does."""
+    return RedirectResponse("/docs", HTTPStatus.SEE_OTHER)
 
 
 @router.get("/docs")

@@ -10,9 +10,9 @@ from fastapi import APIRouter, Request
 from fastapi.responses import Response
 from fastapi.sse import KEEPALIVE_COMMENT, EventSourceResponse, format_sse_event
 
-from service.api.layouts import PROBLEM, not_found
+from service.api.layouts import PROBLEM
+from service.api.ownership import own_layout
 from service.api.state import State, StateOf
-from service.jobs.job import is_job_id
 
 router = APIRouter(prefix="/v1/layouts", tags=["layouts"])
 
@@ -45,9 +45,7 @@ async def follow_layout(layout_id: str, request: Request, state: StateOf) -> Res
     data of each is a JSON object with the time `at`; the id of each rises. A stream that ends without `done` can be
     resumed.
     """
-    job = await state.jobs.get(layout_id) if is_job_id(layout_id) else None
-    if job is None:
-        raise not_found(layout_id)
+    job = await own_layout(layout_id, request, state)
     last = request.headers.get("last-event-id", "").strip()
     after = int(last) if _NUMBER.fullmatch(last) else 0
     if job.status.finished and after and not await state.jobs.has_events(job.id, after):

@@ -8,14 +8,14 @@ from urllib.parse import urlencode
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import JSONResponse, Response
 
+from service.api.ownership import client_of, not_found, only_client, own_layout
 from service.api.state import StateOf
 from service.body import json_body
 from service.cursor import decode, encode
 from service.idempotency import idempotency_key
-from service.jobs.job import Job, JobStatus, is_job_id
+from service.jobs.job import Job, JobStatus
 from service.moments import moment_of
 from service.prefer import preferred_wait
-from service.problems import Problem
 from service.resources import etag, href, layout_text, summary
 from service.schemas.resources import Layout, LayoutPage, ProblemDocument
 from service.store.job_store import JobFilter
@@ -25,11 +25,6 @@ router = APIRouter(prefix="/v1/layouts", tags=["layouts"])
 RETRY_AFTER = "1"
 PROBLEM = {"model": ProblemDocument}
 PRINTABLE = r"^[^\x00-\x1f\x7f]*$"
-
-
-def client_of(request: Request) -> str:
-    """Who asks, as far as clients are told apart; their jobs take turns, and their idempotency keys are their own."""
-    return str(request.scope.get("duocell.key") or "")
 
 
 @router.post(
@@ -77,10 +72,9 @@ async def create_layout(request: Request, state: StateOf) -> Response:
 )
 async def get_layout(layout_id: str, request: Request, state: StateOf) -> Response:
     """The layout, whatever its state; poll until `status` is succeeded, failed or cancelled."""
-    job = await state.jobs.get(layout_id) if is_job_id(layout_id) else None
-    if job is None:
-        raise not_found(layout_id)
-    if etag(job) in [tag.strip() for tag in request.headers.get("if-none-match", "").split(",")]:
+    job = await own_layout(layout_id, request, state)
+    known = [tag.strip() for tag in request.headers.get("if-none-match", "").split(",")]
+    if etag(job) in known or "*" in known:
         return Response(status_code=304, headers={"ETag": etag(job)})
     return _answer(job, 200, {})
 
@@ -120,6 +114,7 @@ async def list_layouts(
     chosen = JobFilter(
         statuses=None if status is None else [JobStatus(one) for one in status],
         name=name,
+        client=only_client(request, state),
         created_after=moment_of("created_after", created_after),
         created_before=moment_of("created_before", created_before),
     )
@@ -143,9 +138,10 @@ async def list_layouts(
         **dict.fromkeys((404, 409, 500, 503), PROBLEM),
     },
 )
-async def cancel_layout(layout_id: str, state: StateOf) -> Response:
+async def cancel_layout(layout_id: str, request: Request, state: StateOf) -> Response:
     """End a queued or running layout for good. May be repeated."""
-    job = await state.jobs.cancel(layout_id) if is_job_id(layout_id) else None
+    await own_layout(layout_id, request, state)
+    job = await state.jobs.cancel(layout_id)
     if job is None:
         raise not_found(layout_id)
     return _answer(job, 202, {})
@@ -162,16 +158,12 @@ async def cancel_layout(layout_id: str, state: StateOf) -> Response:
         **dict.fromkeys((404, 409, 500, 503), PROBLEM),
     },
 )
-async def delete_layout(layout_id: str, state: StateOf) -> Response:
+async def delete_layout(layout_id: str, request: Request, state: StateOf) -> Response:
     """Forget a finished layout."""
-    if not is_job_id(layout_id) or not await state.jobs.delete(layout_id):
+    await own_layout(layout_id, request, state)
+    if not await state.jobs.delete(layout_id):
         raise not_found(layout_id)
     return Response(status_code=204)
-
-
-def not_found(layout_id: str) -> Problem:
-    """There is no such layout."""
-    return Problem("layout-not-found", f"There is no layout {layout_id[:80]!r}; old ones are forgotten. Ask again.")
 
 
 def _answer(job: Job, status: int, headers: dict[str, str]) -> Response:

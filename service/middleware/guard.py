@@ -8,13 +8,17 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.keys import Keyring
-from service.middleware.routes import DOCS
+from service.middleware.routes import is_documentation
 from service.problems import Problem, response
 from service.rate import Allowance, Buckets
 from service.settings import Access
 
 ALWAYS_OPEN = frozenset({"/healthz", "/readyz"})
 """Orchestrators have no key, and must not be told to come back later."""
+
+
+WRONG_RATE, WRONG_BURST = 0.5, 20
+"""1/s, wrong keys that an address may send, and how many at once before that; more are answered with 429."""
 
 
 class Guard:
@@ -30,6 +34,7 @@ class Guard:
         self._app = app
         self._settings = settings
         self._keyring = keyring
+        self._wrong = Buckets(WRONG_RATE, WRONG_BURST)
         self._buckets = Buckets(settings.rate_limit, settings.rate_burst) if settings.rate_limit else None
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -46,6 +51,11 @@ class Guard:
             if not allowance.granted:
                 await response(_too_many(allowance), scope["path"])(scope, receive, send)
                 return
+        if self._keyring and key and owner is None:
+            guess = self._wrong.take(_address(scope))
+            if not guess.granted:
+                await response(_too_many(guess), scope["path"])(scope, receive, send)
+                return
         if self._keyring and owner is None and not self._is_open(scope["path"]):
             await response(_unauthorized(key), scope["path"])(scope, receive, send)
             return
@@ -55,9 +65,7 @@ class Guard:
         """Whether an address needs no key."""
         if path == "/metrics":
             return self._settings.public_metrics
-        return self._settings.public_docs and any(
-            path.startswith(open_) if open_.endswith("/") else path == open_ for open_ in DOCS
-        )
+        return self._settings.public_docs and is_documentation(path)
 
 
 def _presented(headers: Headers) -> str:

@@ -11,6 +11,11 @@ DOCS = ("/docs", "/openapi.json", "/problems/", "/static/")
 """What describes the service, the same for everybody."""
 
 
+def is_documentation(path: str) -> bool:
+    """Whether an address describes the service, or leads to what does."""
+    return path == "/" or any(path.startswith(known) if known.endswith("/") else path == known for known in DOCS)
+
+
 def route_of(scope: Scope) -> str:
     """The template of the route that a request took, "" if none; never made of what the client wrote."""
     route = scope.get("route")

@@ -6,7 +6,9 @@ from fastapi import FastAPI
 from fastapi.middleware.cors import CORSMiddleware
 
 from service.keys import Keyring
+from service.middleware.framing import Framing
 from service.middleware.guard import Guard
+from service.middleware.head import Head
 from service.middleware.observe import Observe
 from service.middleware.security_headers import SecurityHeaders
 from service.middleware.unexpected import Unexpected
@@ -23,6 +25,7 @@ TOLD += ["WWW-Authenticate", "X-Request-ID"]
 
 def install(app: FastAPI, settings: Access, keyring: Keyring) -> None:
     """Put the middleware around an application; what is added last is passed first."""
+    app.add_middleware(Head)
     app.add_middleware(Unexpected)
     app.add_middleware(Guard, settings=settings, keyring=keyring)
     if settings.cors_origins:
@@ -33,5 +36,6 @@ def install(app: FastAPI, settings: Access, keyring: Keyring) -> None:
             allow_headers=ASKED,
             expose_headers=TOLD,
         )
+    app.add_middleware(Framing)
     app.add_middleware(SecurityHeaders)
     app.add_middleware(Observe)

@@ -1,0 +1,36 @@
+"""Whose layouts are whose: where keys are in use, each sees and changes its own alone, unless all are shared."""
+
+from __future__ import annotations
+
+from fastapi import Request
+
+from service.api.state import State
+from service.jobs.job import Job, is_job_id
+from service.problems import Problem
+
+
+def client_of(request: Request) -> str:
+    """Who asks, as far as clients are told apart; their jobs take turns, and their idempotency keys are their own."""
+    return str(request.scope.get("duocell.key") or "")
+
+
+def only_client(request: Request, state: State) -> str | None:
+    """Whose layouts the asker may see; None: everybody's."""
+    return None if state.settings.shared else client_of(request) or None
+
+
+async def own_layout(layout_id: str, request: Request, state: State) -> Job:
+    """A layout that the asker may see.
+
+    Raises:
+        Problem: there is none; that of another key is none.
+    """
+    job = await state.jobs.get(layout_id) if is_job_id(layout_id) else None
+    if job is None or only_client(request, state) not in (None, job.client):
+        raise not_found(layout_id)
+    return job
+
+
+def not_found(layout_id: str) -> Problem:
+    """There is no such layout."""
+    return Problem("layout-not-found", f"There is no layout {layout_id[:80]!r}; old ones are forgotten. Ask again.")

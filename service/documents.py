@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from math import cos, sin
 from typing import Any
 
@@ -23,11 +23,12 @@ from optimizer.layout import (
     Verification,
 )
 from service.documents_findings import clearances_document, explanation_document, tolerance_document
+from service.issues import Issue
 from service.numbers import finite
 from service.version import package_version
 
 
-def result_document(layout: Layout, request_hash: str) -> dict[str, Any]:
+def result_document(layout: Layout, request_hash: str, warnings: Sequence[Issue] = ()) -> dict[str, Any]:
     """The ``result`` of a layout resource."""
     return {
         "outcome": layout.outcome.value,
@@ -35,6 +36,7 @@ def result_document(layout: Layout, request_hash: str) -> dict[str, Any]:
         "jobs": [_job(job) for job in layout.jobs],
         "arms": [_placement(placement) for placement in layout.placements],
         "reasons": [_reason(reason) for reason in layout.reasons],
+        "warnings": [{"pointer": warning.pointer, "detail": warning.detail} for warning in warnings],
         "proved": layout.proved,
         "search": {
             "candidates": layout.search.candidates,

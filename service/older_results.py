@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
-NEWEST = '"first_feasible_time":'
+NEWEST = '"warnings":'
 """The newest field; a quotation mark inside of a text is escaped, so that this can only be the name of a field."""
 
 
@@ -18,6 +18,7 @@ def completed(result: str) -> str:
     if NEWEST in result:
         return result
     document: dict[str, Any] = json.loads(result)
+    document.setdefault("warnings", [])
     _fill(document["search"], "ended", "first_feasible_time")
     if document.get("certificate") is not None:
         _fill(document["certificate"], "ended")

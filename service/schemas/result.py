@@ -203,6 +203,13 @@ class JobResult(Answer):
     )
 
 
+class ResultWarning(Answer):
+    """Something in the request that may be a slip; it was carried out as it stands."""
+
+    pointer: str = Field(description="JSON pointer into the request.", examples=["/arms/0/limits/2"])
+    detail: str = Field(description="What is odd, and what may have been meant.", examples=["The tool has no length."])
+
+
 class LayoutResult(Answer):
     """The answer for a cell."""
 
@@ -224,6 +231,11 @@ class LayoutResult(Answer):
         "that was seen, and `reasons` say what it breaks."
     )
     reasons: list[Reason] = Field(description="Why there is no layout, and what stopped the search.", examples=[[]])
+    warnings: list[ResultWarning] = Field(
+        description="What may be a slip in the request: lengths that look like millimetres, angles that look like "
+        "degrees, a tool without length, a grasp far from the part, a flange frame that is turned, arms in one place.",
+        examples=[[]],
+    )
     proved: bool = Field(
         description="True only with a proof, of optimality to the gap or of infeasibility: with the words optimal and "
         "infeasible.",

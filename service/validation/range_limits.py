@@ -51,7 +51,7 @@ def _long(request: LayoutRequest, limits: Limits) -> Iterator[Issue]:
 
 def _far(request: LayoutRequest, limits: Limits) -> Iterator[Issue]:
     """Coordinates beyond the limit."""
-    for pointer, values in _lengths(request):
+    for pointer, values in lengths_of(request):
         for index, value in enumerate(values):
             if abs(value) > limits.max_coordinate:
                 yield Issue(
@@ -64,7 +64,7 @@ def _far(request: LayoutRequest, limits: Limits) -> Iterator[Issue]:
 
 def _wide(request: LayoutRequest, limits: Limits) -> Iterator[Issue]:
     """Angles beyond the limit."""
-    for pointer, values in _angles(request):
+    for pointer, values in angles_of(request):
         for index, value in enumerate(values):
             if abs(value) > limits.max_angle:
                 yield Issue(
@@ -110,7 +110,7 @@ def _ways(request: LayoutRequest) -> Iterator[tuple[str, Task]]:
         yield f"/tasks/{index}/task", job.task
 
 
-def _lengths(request: LayoutRequest) -> Iterator[tuple[str, list[float]]]:
+def lengths_of(request: LayoutRequest) -> Iterator[tuple[str, list[float]]]:
     """Every length of a request, with its place."""
     for pointer, task in _ways(request):
         yield from _lengths_of_task(pointer, task)
@@ -158,7 +158,7 @@ def _lengths_of_floor_and_couplings(request: LayoutRequest) -> Iterator[tuple[st
             yield f"/coupling/{index}/maximum", [0.0 if coupling.maximum is None else coupling.maximum]
 
 
-def _angles(request: LayoutRequest) -> Iterator[tuple[str, list[float]]]:
+def angles_of(request: LayoutRequest) -> Iterator[tuple[str, list[float]]]:
     """Every angle whose size costs work, with its place."""
     for index, arm in enumerate(request.arms):
         at = f"/arms/{index}"

@@ -9,6 +9,7 @@ from optimizer.optimize import optimize
 from service.convert import cell_of, joints_of, settings_of
 from service.documents import result_document
 from service.library import Library
+from service.requests.warnings import warnings_of
 from service.schemas.evaluate import EvaluateRequest
 from service.schemas.request import LayoutRequest
 
@@ -26,7 +27,8 @@ def evaluate_request(text: str, request_hash: str, library: Library | None = Non
     """
     request = EvaluateRequest.model_validate_json(text)
     cell = cell_of(request, library)
-    return result_document(evaluate_layout(cell, joints_of(request, cell)), request_hash)
+    layout = evaluate_layout(cell, joints_of(request, cell))
+    return result_document(layout, request_hash, warnings_of(request, cell, layout))
 
 
 def solve_request(
@@ -47,5 +49,6 @@ def solve_request(
         DuocellError: an engine broke down.
     """
     request = LayoutRequest.model_validate_json(text)
-    layout = optimize(cell_of(request, library), settings_of(request, time_limit))
-    return result_document(layout, request_hash)
+    cell = cell_of(request, library)
+    layout = optimize(cell, settings_of(request, time_limit))
+    return result_document(layout, request_hash, warnings_of(request, cell, layout))

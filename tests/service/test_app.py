@@ -89,7 +89,8 @@ def test_what_is_not_there_is_a_problem(client: TestClient, method: str, path: s
 
 
 @pytest.mark.parametrize(
-    ("path", "methods"), [("/v1/layouts", "GET, POST"), ("/v1/layouts/none", "DELETE, GET"), ("/docs", "GET")]
+    ("path", "methods"),
+    [("/v1/layouts", "GET, HEAD, POST"), ("/v1/layouts/none", "DELETE, GET, HEAD"), ("/docs", "GET")],
 )
 def test_a_wrong_method_is_told_all_right_ones(client: TestClient, path: str, methods: str) -> None:
     assert client.request("PATCH", path).headers["allow"] == methods

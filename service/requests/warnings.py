@@ -1,0 +1,90 @@
+"""What may be a slip in a request that can be carried out: units, tools, grasps, frames; told beside the result."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations
+from math import degrees, radians
+
+import numpy as np
+
+from models.arm import Arm as ModelArm
+from models.cell import Cell
+from optimizer.layout import Layout
+from service.issues import MOST_SHOWN, Issue
+from service.schemas.request import LayoutRequest
+from service.validation.range_limits import angles_of, lengths_of
+
+FAR = 20.0
+"""m; robots reach a fifth of it, cells are seldom larger."""
+WHOLE = 10.0
+"""rad; a whole number beyond it is rather one of degrees."""
+FAR_GRASP = 2.0
+"""m, from the origin of the object; nobody holds a part there."""
+SAME_PLACE = 1e-3
+"""m between the origins of two bases."""
+ALONG = 1.0 - 1e-6
+"""Cosine of the angle between two axes that count as one."""
+
+
+def warnings_of(request: LayoutRequest, cell: Cell, layout: Layout) -> list[Issue]:
+    """Warnings, each with its place in the request.
+
+    Args:
+        request: as accepted. cell: that it describes. layout: the answer.
+    """
+    found = [*_lengths(request), *_angles(request)]
+    for index, (asked, arm) in enumerate(zip(request.arms, cell.arms, strict=True)):
+        found += _hand(f"/arms/{index}", asked.tool.position, asked.grasp.position)
+        found += _flange(f"/arms/{index}", asked.flange, arm)
+    return [*found, *_same_place(request, layout)][:MOST_SHOWN]
+
+
+def _lengths(request: LayoutRequest) -> Iterator[Issue]:
+    """The largest coordinate, if it may be in millimetres."""
+    pointer, value = max(
+        ((at, max(values, key=abs)) for at, values in lengths_of(request)), key=lambda one: abs(one[1])
+    )
+    if abs(value) > FAR:
+        yield Issue(pointer, f"{value:g} m is far for a cell. Did you mean {value / 1e3:g} m ({value:g} mm)?")
+
+
+def _angles(request: LayoutRequest) -> Iterator[Issue]:
+    """Whole numbers that are more likely degrees; one warning for each list."""
+    for pointer, values in angles_of(request):
+        whole = [value for value in values if abs(value) >= WHOLE and value == round(value)]
+        if whole:
+            value = whole[0]
+            meant = f"Did you mean {radians(value):.6g} rad ({value:g}°)?"
+            yield Issue(pointer, f"{value:g} rad are {degrees(value):.0f}°. {meant}")
+
+
+def _hand(pointer: str, tool: list[float], grasp: list[float]) -> Iterator[Issue]:
+    """Tools without a length, and grasps far from the part."""
+    if not any(tool):
+        yield Issue(f"{pointer}/tool", "The tool has no length: the arm holds the part with its bare flange.")
+    far = float(np.linalg.norm(grasp))
+    if far > FAR_GRASP:
+        detail = f"The TCP is {far:.3g} m away from the origin of the object. Is it given in the object frame?"
+        yield Issue(f"{pointer}/grasp/position", detail)
+
+
+def _flange(pointer: str, name: str | None, arm: ModelArm) -> Iterator[Issue]:
+    """Frames of the flange that tools do not expect."""
+    frame = arm.robot.flange_placement @ arm.robot.flange(name)
+    axis = frame[:3, :3].T @ arm.robot.joint_axes[-1]
+    if axis[2] < ALONG:
+        detail = (
+            f"z of the flange frame of {arm.robot.name} does not point along the last axis, which is "
+            f"[{axis[0]:.3g}, {axis[1]:.3g}, {axis[2]:.3g}] there. A tool made for another robot is turned here."
+        )
+        yield Issue(f"{pointer}/robot", detail)
+
+
+def _same_place(request: LayoutRequest, layout: Layout) -> Iterator[Issue]:
+    """Bases that stand in one place."""
+    names = [arm.name for arm in request.arms]
+    for first, second in combinations(layout.placements, 2):
+        if np.linalg.norm(np.subtract(first.position, second.position)) < SAME_PLACE:
+            detail = f"{first.arm} and {second.arm} stand in one place. Ask for a clearance arm_arm, or for a distance."
+            yield Issue(f"/arms/{names.index(second.arm)}/base", detail)

@@ -1,0 +1,74 @@
+"""Slips that can be carried out are told beside the result; a request without any has no warnings."""
+
+import copy
+from typing import Any
+
+import numpy as np
+import pytest
+
+from optimizer.layout import Layout, Outcome, Search
+from service.convert import cell_of
+from service.requests.warnings import warnings_of
+from service.schemas.request import EXAMPLE, LayoutRequest
+from service.validation import validate
+from tests.service.conftest import made_up_layout
+
+Document = dict[str, Any]
+NOTHING = Layout(Outcome.UNKNOWN, None, (), (), Search(0, 0, 0, 0.0), None)
+HAND = {"position": [0.0, 0.0, 0.1], "orientation": {"rpy": [0, 0, 0]}}
+
+
+def request_of(**arm: Any) -> LayoutRequest:
+    document = copy.deepcopy(EXAMPLE)
+    for one in document["arms"]:
+        one |= {"tool": HAND}
+    document["arms"][0] |= arm
+    return validate(LayoutRequest, document)
+
+
+def told(request: LayoutRequest, layout: Layout = NOTHING) -> dict[str, str]:
+    return {issue.pointer: issue.detail for issue in warnings_of(request, cell_of(request), layout)}
+
+
+def test_a_request_without_slips_has_no_warnings() -> None:
+    assert told(request_of()) == {}
+
+
+GRASP = {"position": [0.0, 3.0, 4.0], "orientation": {"rpy": [0, 0, 0]}}
+SLIPS: dict[str, tuple[Document, str, str]] = {
+    "a region in millimetres": (
+        {"base": {"x": [-1000, 1000], "y": [0, 500], "z": 0, "yaw": 0}},
+        "/arms/0/base/x",
+        "mean -1 m (-1000 mm)",
+    ),
+    "limits in degrees": (
+        {"limits": [[-45, 45]] * 6, "reference": [0.0] * 6},
+        "/arms/0/limits/3",
+        "mean -0.785398 rad (-45°)",
+    ),
+    "no tool": ({"tool": {"position": [0, 0, 0], "orientation": {"rpy": [0, 0, 0]}}}, "/arms/0/tool", "no length"),
+    "a grasp in the world": ({"grasp": GRASP}, "/arms/0/grasp/position", "5 m away"),
+}
+
+
+@pytest.mark.parametrize("name", SLIPS)
+def test_slips_are_told_at_their_place(name: str) -> None:
+    arm, pointer, words = SLIPS[name]
+    found = told(request_of(**arm))
+    assert pointer in found, found
+    assert words in found[pointer]
+
+
+def test_arms_in_one_place_are_told() -> None:
+    request = request_of()
+    layout = made_up_layout(request)
+    assert np.array_equal(layout.placements[0].position, layout.placements[1].position)
+    assert "main and follower stand in one place" in told(request, layout)["/arms/1/base"]
+
+
+def test_a_flange_that_is_turned_is_told() -> None:
+    turned = [
+        {"alpha": a, "a": 0.3, "d": 0.1, "lower": -2, "upper": 2} for a in (1.5708, 0, 1.5708, -1.5708, 1.5708, 1.5708)
+    ]
+    found = told(request_of(robot={"dh": turned}, reference=None))
+    assert "does not point along the last axis" in found["/arms/0/robot"]

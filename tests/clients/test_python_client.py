@@ -2,11 +2,13 @@
 
 import importlib
 import json
+import re
 import shlex
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -23,6 +25,7 @@ README = blocks_of(ROOT / "README.md")
     line for block in README for line in block.commands if line.startswith(".venv/bin/openapi-python-client")
 ]
 (EXAMPLE,) = [block for block in README if block.kind == "python client"]
+(LOOP,) = [block for block in README if block.kind == "python client loop"]
 
 
 @pytest.fixture(scope="module")
@@ -120,8 +123,14 @@ def test_robots_and_health(client: Any) -> None:
     assert part("api.service.get_problem").sync("queue-full", client=client).status == 429
 
 
-def test_the_example_of_the_readme_runs(generated: Path, server: Server, tmp_path: Path) -> None:
-    block: Block = EXAMPLE
+def test_the_client_compiles_without_warnings(generated: Path) -> None:
+    command = [sys.executable, "-W", "error", "-m", "compileall", "-q", "-f", str(generated)]
+    made = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (made.returncode, made.stdout) == (0, "")
+
+
+def run_block(block: Block, generated: Path, server: Server, tmp_path: Path) -> str:
+    """What a block of the README writes when it talks to a server of the tests."""
     script = tmp_path / "script.py"
     local = 'Client(base_url="http://localhost:8000")'
     assert local in block.text
@@ -135,4 +144,14 @@ def test_the_example_of_the_readme_runs(generated: Path, server: Server, tmp_pat
     ]
     run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=60)
     assert run.returncode == 0, run.stderr
-    assert run.stdout == "main 156 955 mm\nfollower 1606 -21 mm\n"
+    return run.stdout
+
+
+def test_the_example_of_the_readme_runs(generated: Path, server: Server, tmp_path: Path) -> None:
+    assert run_block(EXAMPLE, generated, server, tmp_path) == "main 156 955 mm\nfollower 1606 -21 mm\n"
+
+
+def test_many_layouts_are_sent_at_once_and_waited_for(generated: Path, server: Server, tmp_path: Path) -> None:
+    fewer = replace(LOOP, text=LOOP.text.replace("range(50)", "range(4)"))
+    written = run_block(fewer, generated, server, tmp_path)
+    assert re.fullmatch(r"\d+ mm high \d+\.\d\n", written), written

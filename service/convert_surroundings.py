@@ -17,9 +17,10 @@ from models.surroundings import Pedestal as ModelPedestal
 from service.convert_shapes import NO_MESHES, MeshSource, footprint_of, obstacles_of, solids_of
 from service.issues import Issues
 from service.library import Library
-from service.schemas.arm import Arm
+from service.schemas.arm import FLOOR_MOUNT, Arm
 from service.schemas.request import LayoutRequest
 from service.schemas.surroundings import Clearance, Floor, Part, Pedestal
+from service.validation.range_limits import as_list
 
 CONTACT_FORBIDDEN = Clearances(0.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -105,13 +106,28 @@ def _equipment(arm: Arm, flange: Floats, pointer: str, meshes: MeshSource, issue
     solids = solids_of(arm.tool_shapes, "tool", f"{pointer}/tool_shapes", meshes, issues)
     return Equipment(
         tool=tuple(replace(solid, pose=flange @ solid.pose) for solid in solids),
-        pedestal=None if arm.pedestal is None else _pedestal(arm.pedestal, f"{pointer}/pedestal", issues),
+        pedestal=None if arm.pedestal is None else _pedestal(arm, arm.pedestal, f"{pointer}/pedestal", issues),
         footprint=None if arm.footprint is None else footprint_of(arm.footprint, f"{pointer}/footprint", issues),
     )
 
 
-def _pedestal(pedestal: Pedestal, pointer: str, issues: Issues) -> ModelPedestal | None:
+def _pedestal(arm: Arm, pedestal: Pedestal, pointer: str, issues: Issues) -> ModelPedestal | None:
     footprint = footprint_of(pedestal.footprint, f"{pointer}/footprint", issues)
+    height = pedestal.height if pedestal.height is not None else _height_of_base(arm, f"{pointer}/height", issues)
     with issues.at(pointer):
-        return None if footprint is None else ModelPedestal(pedestal.height, footprint)
+        return None if footprint is None or height is None else ModelPedestal(height, footprint)
+    return None
+
+
+def _height_of_base(arm: Arm, pointer: str, issues: Issues) -> float | None:
+    """m, of a pedestal from the floor to the base, or None if that is no number."""
+    low, high = min(as_list(arm.base.z)), max(as_list(arm.base.z))
+    if low == high > 0.0 and arm.mount == FLOOR_MOUNT:
+        return high
+    where = "hangs or leans" if arm.mount != FLOOR_MOUNT else f"has a z of {low:g} to {high:g} m" if low < high else ""
+    issues.add(
+        pointer,
+        f"Without a height the pedestal is as high as the base, which {where or f'stands at z = {high:g} m'}. "
+        "Fix z above 0, or send a height.",
+    )
     return None

@@ -79,7 +79,11 @@ Footprint = Annotated[
 class Pedestal(Strict):
     """What an arm is bolted onto: a solid from the origin of the base frame down along its z axis."""
 
-    height: Positive = Field(description="m.", examples=[0.6])
+    height: Positive | None = Field(
+        default=None,
+        description="m; null: as high as the base, which stands at a fixed z above a floor at z = 0.",
+        examples=[0.6],
+    )
     footprint: Footprint = Field(
         description="The same at every height: exactly one of size, radius, polygon.", examples=[{"size": [0.4, 0.4]}]
     )

@@ -16,14 +16,18 @@ import numpy as np
 from models.arrays import Floats
 from models.chain import Chain, chain_of
 from models.closed_form import ClosedForm, closed_form
+from models.kept import KEPT
 from models.kinematics import reach
-from models.pose import inverse, transform
+from models.pose import inverse, rotation_angle, transform
 from models.robot import Robot
 
 ANGLE = 5e-3
 """rad; axes that are parallel or square but for less are meant to be."""
 LENGTH = 2e-3
 """Of the arm's reach; axes that miss each other by less are meant to meet."""
+
+ROUNDING = 1e-12
+"""m and rad; chains nearer to each other than this are one."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -42,6 +46,11 @@ class Nominal:
     angle: float
 
     @property
+    def negligible(self) -> bool:
+        """True if no check can tell the two apart: what holds for one holds for the other."""
+        return max(self.position, self.angle) <= KEPT
+
+    @property
     def kind(self) -> str:
         """Class of its closed form."""
         form = closed_form(self.robot)
@@ -50,17 +59,25 @@ class Nominal:
 
 @lru_cache(maxsize=256)
 def nominal(robot: Robot) -> Nominal | None:
-    """The arm that ``robot`` was drawn as, where that has a closed form and the robot itself has none; else None."""
+    """The arm that ``robot`` was drawn as, where that has a closed form and the robot itself has none; else None.
+
+    A robot that has one but for the last digits of its file is replaced too: the proof of a joint at its very limit
+    knows of no digits.
+    """
     if robot.dof != 6:
         return None
     chain = chain_of(robot)
-    if closed_form(robot) is not None and chain.vertical_sign != 0:
-        return None
+    usable = closed_form(robot) is not None and chain.vertical_sign != 0
+    if usable and robot.ssik_name is not None:
+        return None  # the catalogue's figures are what they are
     drawn = _drawn(chain, LENGTH * reach(robot))
     stand_in = _robot_of(robot, drawn)
     if closed_form(stand_in) is None or (closed_form(robot) is not None and chain_of(stand_in).vertical_sign == 0):
         return None
-    return Nominal(stand_in, *_apart(chain, drawn))
+    found = Nominal(stand_in, *_apart(chain, drawn))
+    if usable and (not found.negligible or max(found.position, found.angle) < ROUNDING):
+        return None
+    return found
 
 
 def posture_form(robot: Robot) -> ClosedForm | None:
@@ -89,7 +106,17 @@ def _drawn(chain: Chain, near: float) -> Chain:
     middle = _nearest_point(h[last:], points[last:])
     if middle is not None and all(_off(middle, p, a) < near for p, a in zip(points[last:], h[last:], strict=True)):
         points[last:] = middle
-    return Chain(h, points, chain.home)
+    return Chain(h, points, _home(chain.home, known))
+
+
+def _home(home: Floats, known: list[Floats]) -> Floats:
+    """The flange at zero, turned to the directions known where its file's last digits alone are in the way."""
+    z = _drawn_to(home[:3, 2], known)
+    x = _drawn_to(home[:3, 0], [*known, z])
+    x = x - z * (x @ z)
+    x /= np.linalg.norm(x)
+    turn = np.column_stack([x, np.cross(z, x), z])
+    return transform(turn, home[:3, 3]) if float(np.max(np.abs(turn - home[:3, :3]))) < KEPT else home
 
 
 def _drawn_to(axis: Floats, known: list[Floats]) -> Floats:
@@ -158,4 +185,5 @@ def _apart(true: Chain, drawn: Chain) -> tuple[float, float]:
         lever = sum(links[i:]) + float(np.linalg.norm(drawn.points[i] - true.points[i]))
         position += 2.0 * tilt * lever + 2.0 * offset
         angle += 2.0 * tilt
+    angle += float(rotation_angle(true.home[:3, :3].T @ drawn.home[:3, :3]))
     return position * (1.0 + 1e-9), angle * (1.0 + 1e-9)

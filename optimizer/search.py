@@ -87,7 +87,7 @@ def search_arm(cell: Cell, arm: Arm, settings: Settings, deadline: float) -> Arm
     else:
         if meant is not None:
             _search_drawing(cell, search, meant, settings, deadline)
-        if search.best is None:
+        if search.best is None and not (meant is not None and meant.negligible):
             _search_general(cell, search, box, settings.seed, deadline)
     if search.best is None and not search.finished:
         detail = f"{arm.name}: the time limit was reached before a usable base was found; allow more time"
@@ -104,7 +104,14 @@ def _search_drawing(cell: Cell, search: ArmSearch, meant: Nominal, settings: Set
     admits, optima = admitted(search.arm, meant), []
     for start in starts_from(cell, search.arm, meant, best + drawing.optima, deadline):
         optima += [one for one in _solve(cell, search, start, deadline) if admits(one[1])]
+        if meant.negligible and check(cell, search.arm, start).usable:
+            optima.append((objective_of(cell.task, search.arm, start.joints), start))
     _keep(cell, search, optima, deadline)
+    if meant.negligible:  # what is known of the drawing is known of the arm
+        search.problem, search.tree, search.drawing = drawing.problem, drawing.tree, None
+        search.proved, search.optima = drawing.proved, search.optima or drawing.optima
+        search.reasons = () if search.best is not None else drawing.reasons
+        search.nearest = search.optima[0][1] if search.optima else drawing.nearest
 
 
 def _search_reduced(

@@ -12,7 +12,7 @@ from models.arrays import Floats, Ints
 
 UNIFORM, AT_DENTS = 7, 9
 """Places tried along every axis: spread evenly, and where most dents begin."""
-MOST_SCORED = 2500
+MOST_SCORED = 1200
 """Triangles by which planes are judged: of more, so many drawn at random, the same ones every time."""
 BINS = 64
 """Grid on which corners are gathered to estimate a volume, and dents to find where most begin."""

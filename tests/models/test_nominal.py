@@ -67,6 +67,18 @@ def test_an_arm_that_is_as_drawn_needs_no_other(name):
     assert posture_form(robot) is closed_form(robot)
 
 
+def test_digits_that_a_file_leaves_out_are_put_back():
+    file = FOLDER / "urdf" / "17_puma_nine_digit_angles_called_infeasible.urdf"
+    robot = robot_from_urdf(file)
+    meant = nominal(robot)
+    assert meant is not None
+    assert meant.negligible
+    assert 1e-9 < max(meant.position, meant.angle) < 1e-7
+    turned = meant.robot.joint_axes
+    assert np.array_equal(np.abs(turned), np.abs(np.round(turned)))
+    assert posture_form(robot) is closed_form(robot)
+
+
 def test_an_arm_of_no_class_stays_one():
     assert nominal(general_six()) is None
     assert posture_form(general_six()) is None

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import re
+
 import numpy as np
 import pytest
 
@@ -16,6 +19,10 @@ from models.urdf import robot_from_urdf
 from optimizer.layout import Outcome
 from optimizer.optimize import optimize
 from optimizer.settings import Settings
+from service.convert import cell_of
+from service.library import Library
+from service.schemas.request import LayoutRequest
+from service.user_robot import UserRobot
 from tests.support.acceptance import FOLDER
 from tests.support.arms import make_arm, region
 
@@ -55,3 +62,18 @@ def test_a_posture_may_be_asked_for():
     assert layout.usable
     assert layout.placements[0].posture is not None
     assert layout.placements[0].posture["elbow"] == "down"
+
+
+@pytest.mark.parametrize("digits", ["1.570796325", "1.5707963267948966"])
+def test_nine_digits_and_all_of_them_give_the_same_layout(digits, tmp_path):
+    text = (FOLDER / "urdf" / "17_puma_nine_digit_angles_called_infeasible.urdf").read_text(encoding="utf-8")
+    file = tmp_path / "arm.urdf"
+    file.write_text(re.sub(r'rpy="[^"]*"', lambda found: found[0].replace("1.570796325", digits), text))
+    request = json.loads((FOLDER / "urdf" / "17_request.json").read_text(encoding="utf-8"))
+    found = Library(tmp_path, given={"pu9": UserRobot(robot_from_urdf(file), None, "1")})
+    request["arms"] = request["arms"][:1]
+    cell = cell_of(LayoutRequest.model_validate(request), found)
+    layout = optimize(cell, Settings(time_limit=120.0))
+    assert layout.objective == pytest.approx(206.65353, abs=1e-5)
+    assert layout.certificate is not None
+    assert layout.certificate.lower_bound == pytest.approx(206.1977, abs=1e-3)  # proved, to what its effort allows

@@ -10,6 +10,7 @@ import os
 import re
 import time
 import uuid
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -23,9 +24,11 @@ _ASIDE = ".deleted"
 class Shelf:
     """Documents by name and version in a folder, which is made with the first of them."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, clock: Callable[[], float] = time.monotonic) -> None:
         self._folder = folder
         self._aside = folder / _ASIDE
+        self._clock = clock
+        self._seen: dict[tuple[Path, int], float] = {}  # when a file was first seen here, by the clock of this process
 
     def names(self) -> list[str]:
         """Names of all documents, sorted."""
@@ -81,23 +84,26 @@ class Shelf:
             path.rename(kept)
         except FileNotFoundError:
             return False  # somebody else was faster
-        os.utime(kept)  # from now on it ages
+        self._seen[kept, kept.stat().st_ino] = self._clock()  # from now on it ages
         _sync(self._folder)
         return True
 
     def forget(self, age: float) -> None:
         """Remove what was taken away more than ``age`` s ago, and what a crash left half-written.
 
+        Age counts from when this process first saw a file, at the earliest from its start: the wall clock may jump.
+
         Raises:
             OSError: the folder cannot be written.
         """
-        now = time.time()
-        for path in self._aside.glob(f"*{_SUFFIX}"):
-            if now - path.stat().st_mtime >= age:
-                path.unlink(missing_ok=True)
-        for path in self._folder.glob(".*"):
-            if path.is_file() and now - path.stat().st_mtime >= _ABANDONED:
-                path.unlink(missing_ok=True)
+        old = [(path, age) for path in self._aside.glob(f"*{_SUFFIX}")]
+        old += [(path, _ABANDONED) for path in self._folder.glob(".*") if path.is_file()]
+        present = {(path, path.stat().st_ino): limit for path, limit in old}
+        now = self._clock()
+        self._seen = {file: self._seen.get(file, now) for file in present}
+        for file, limit in present.items():
+            if now - self._seen[file] >= limit:
+                file[0].unlink(missing_ok=True)
 
     def _present(self, path: Path) -> Path | None:
         return path if path.is_file() else None

@@ -230,16 +230,35 @@ def test_what_cannot_be_written_leaves_nothing(tmp_path: Path, monkeypatch: pyte
 
 
 def test_what_a_crash_left_half_written_is_no_document_and_goes(tmp_path: Path) -> None:
-    shelf = Shelf(tmp_path)
+    now = 0.0
+    shelf = Shelf(tmp_path, lambda: now)
     shelf.put("a", {})
     torn, fresh = tmp_path / ".0123", tmp_path / ".4567"
     torn.write_text("{")
-    fresh.write_text("{")  # somebody may be writing it
-    os.utime(torn, (time.time() - 7200.0,) * 2)
     assert shelf.names() == ["a"]
+    shelf.forget(0.0)
+    now = 7200.0
+    fresh.write_text("{")  # somebody may be writing it
     shelf.forget(0.0)
     assert not torn.exists()
     assert fresh.exists()
+
+
+def test_what_was_taken_away_ages_by_a_clock_that_does_not_jump(tmp_path: Path) -> None:
+    now = 0.0
+    shelf = Shelf(tmp_path, lambda: now)
+    shelf.put("a", {})
+    shelf.take("a", "v")
+    kept = shelf.aside("a", "v")
+    assert kept is not None
+    os.utime(kept, (time.time() - 1e6,) * 2)  # as after a leap of the wall clock
+    shelf.forget(3600.0)
+    assert shelf.aside("a", "v") is not None
+    Shelf(tmp_path, lambda: 1e9).forget(3600.0)  # another process has not seen it before
+    assert shelf.aside("a", "v") is not None
+    now = 3601.0
+    shelf.forget(3600.0)
+    assert shelf.aside("a", "v") is None
 
 
 def test_of_many_who_want_a_name_one_gets_it(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from optimizer.certificate.budget import automatic
 from optimizer.coupled.found import CoupledSearch
 from optimizer.coupled.layout import coupled_layout
 from optimizer.coupled.search import search_coupled
-from optimizer.events import Verified
+from optimizer.events import Solved, Verified
 from optimizer.infeasibility.immediate.cause import Infeasibility
 from optimizer.infeasibility.immediate.immediate import immediate_infeasibility, refused
 from optimizer.layout import Certificate, Layout, Outcome, Placement, Reason, Search
@@ -60,7 +60,9 @@ def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | 
     if layout.verification is not None:
         found = layout.verification
         tell(Verified(found.max_position_error, found.max_orientation_error, found.limits_respected))
+    tell(Solved(layout))
     layout = with_advice(cell, layout, settings, table)
+    tell(Solved(layout))
     if layout.usable and layout.search.first_feasible_time is None:  # it turned up only when it was explained
         seconds = time.perf_counter() - started
         layout = replace(layout, search=replace(layout.search, first_feasible_time=seconds))

@@ -49,6 +49,26 @@ def watching(report: Callable[[Event], None], stop: Callable[[], bool]) -> Itera
 
 
 @contextmanager
+def overhearing(report: Callable[[Event], None]) -> Iterator[None]:
+    """Tell somebody else, too, what is told in the block."""
+    watch = _watch.get()
+    if watch is None:
+        with watching(report, lambda: False):
+            yield
+        return
+
+    def both(event: Event) -> None:
+        watch.report(event)
+        report(event)
+
+    token = _watch.set(replace(watch, report=both))
+    try:
+        yield
+    finally:
+        _watch.reset(token)
+
+
+@contextmanager
 def unheard() -> Iterator[None]:
     """Tell nothing of what runs in the block; it can be stopped all the same."""
     watch = _watch.get()

@@ -59,6 +59,7 @@ def _head(job: Job) -> dict[str, Any]:
         "created_at": timestamp(job.created_at),
         "started_at": timestamp(job.started_at),
         "finished_at": timestamp(job.finished_at),
+        "ended": job.ended,
     }
 
 

@@ -112,7 +112,7 @@ class Settings(Limits, Access, Logging):
     accept_limit: float = Field(default=10.0, gt=0.0, description="s that reading and checking a request may take")
     evaluate_limit: float = Field(default=20.0, gt=0.0, description="s before an evaluation is given up")
     max_evaluations: int = Field(default=16, ge=1, description="evaluations at the same time, waiting ones included")
-    grace: float = Field(default=10.0, gt=0.0, description="s beyond the soft limits before a solve is stopped")
+    grace: float = Field(default=1.0, gt=0.0, description="s beyond the soft limits before a solve is stopped")
     max_attempts: int = Field(default=5, ge=1, le=100, description="times a job is tried whose worker or server dies")
     drain: float = Field(default=5.0, ge=0.0, description="s that running solves are given when the service is stopped")
     max_queued: int = Field(default=64, ge=0, description="jobs of one client that may wait for a worker")

@@ -231,7 +231,7 @@ def large_requests() -> list[dict[str, Any]]:
         (2, 600, 200, {}),
         (8, 50, 0, {"alternatives": 3}),
         (1, 5000, 200, {}),
-        (4, 300, 20, {"baselines": ["penalty_exterior"]}),
+        (4, 300, 20, {"baselines": ["exterior-penalty"]}),
     ):
         made = request(poses, f"{arms} arms, {poses} poses, {obstacles} obstacles", arms=1, time_limit=5.0)
         first = made["arms"][0]
@@ -241,7 +241,10 @@ def large_requests() -> list[dict[str, Any]]:
                 {
                     "name": f"obstacle {k}",
                     "shape": {"type": "box", "size": [0.1, 0.1, 0.1]},
-                    "pose": {"position": [draws.uniform(-3, 3), draws.uniform(-3, 3), draws.uniform(0, 2)]},
+                    "pose": {
+                        "position": [draws.uniform(-3, 3), draws.uniform(-3, 3), draws.uniform(0, 2)],
+                        "orientation": {"quaternion": [0.0, 0.0, 0.0, 1.0]},
+                    },
                 }
                 for k in range(obstacles)
             ]

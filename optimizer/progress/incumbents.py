@@ -49,7 +49,7 @@ class Incumbents:
         self.objective = objective
         if watched():
             standing = (_standing(self.cell, arm, point) for arm, point in zip(self.cell.arms, points, strict=True))
-            tell(Incumbent(objective, seconds, tuple(standing)))
+            tell(Incumbent(objective, seconds, tuple(standing), self.cell, tuple(points)))
 
     def found_alone(self, arm: Arm, point: ArmPoint, objective: float) -> None:
         """Take a usable place of one arm into account, where nothing ties it to the others."""

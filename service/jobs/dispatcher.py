@@ -27,6 +27,13 @@ FIRST_PAUSE, LONGEST_PAUSE = 0.1, 2.0
 """s between attempts to store something while the store is not available."""
 
 
+ENDED = {
+    "answer": "The solve came to its own end.",
+    "time-limit": "The time limit of {limit:g} s ended it; the result is the best that was known then.",
+}
+"""What ends a job with a result, in words."""
+
+
 @dataclass(frozen=True, slots=True)
 class Rules:
     """How jobs are carried out.
@@ -257,7 +264,16 @@ class Dispatcher:
         finally:
             active.solving = None
         self._seconds.append(time.monotonic() - began)
-        return Ending(JobStatus.SUCCEEDED, answer.text, answer.outcome, answer.objective, answer.version)
+        ended = ENDED[answer.ended_by].format(limit=limit)
+        return Ending(
+            JobStatus.SUCCEEDED,
+            answer.text,
+            answer.outcome,
+            answer.objective,
+            answer.version,
+            ended_by=answer.ended_by,
+            detail=ended,
+        )
 
     async def _again(self, active: Active, why: Ending) -> bool:
         """Back into the queue: before all others if its worker died, for another process if this one ends.
@@ -288,6 +304,7 @@ class Dispatcher:
             outcome=ending.outcome,
             objective=ending.objective,
             error=None if failure is None else {"code": failure.code, "detail": failure.detail},
+            ended=ending.ended,
         )
         events = [*active.feed.unsaved(), event]
         head = await self._stored(job, ending.status, self._store.store.finish, job, ending, events)

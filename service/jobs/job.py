@@ -54,6 +54,17 @@ class Ending:
     ended_by: str | None = None
     detail: str | None = None
 
+    @property
+    def ended(self) -> dict[str, str | None]:
+        """What ended it, as documents say it."""
+        failure = self.failure
+        if failure is not None:
+            return {"by": self.ended_by or failure.code, "detail": self.detail or failure.detail}
+        return {"by": self.ended_by, "detail": self.detail}
+
+
+CALLED_OFF = Ending(JobStatus.CANCELLED, ended_by="cancelled", detail="A client called it off.")
+
 
 @dataclass(frozen=True, slots=True)
 class Job:
@@ -101,6 +112,15 @@ class Job:
     failure: Failure | None = None
     ended_by: str | None = None
     ended_detail: str | None = None
+
+    @property
+    def ended(self) -> dict[str, str | None] | None:
+        """What ended it, as documents say it; None if it has not ended, or nobody has noted it."""
+        if self.ended_by is not None:
+            return {"by": self.ended_by, "detail": self.ended_detail}
+        if self.failure is not None:
+            return {"by": self.failure.code, "detail": self.failure.detail}
+        return CALLED_OFF.ended if self.status is JobStatus.CANCELLED else None
 
 
 def is_job_id(text: str) -> bool:

@@ -12,7 +12,7 @@ from datetime import UTC, datetime
 
 from service.jobs.dispatcher import Active, Dispatcher, Rules
 from service.jobs.event_log import LAST
-from service.jobs.job import Job, JobEvent, JobStatus
+from service.jobs.job import CALLED_OFF, Job, JobEvent, JobStatus
 from service.jobs.job_errors import AlreadyFinished, Closing, KeyBusy, KeyReused, NotFinished, QueueFull
 from service.jobs.store_threads import StoreThreads
 from service.jobs.store_watch import StoreWatch
@@ -267,7 +267,9 @@ class Jobs:
         if job is None:
             return None
         active = self._dispatcher.active.get(job_id) or Active(job)
-        event = active.feed.state(active.job.revision + 1, LAST, status=JobStatus.CANCELLED.value)
+        event = active.feed.state(
+            active.job.revision + 1, LAST, status=JobStatus.CANCELLED.value, ended=CALLED_OFF.ended
+        )
         head = None if job.status.finished else await self._cancelled(job_id, event)
         if head is not None:
             self._dispatcher.end(active, head, event)

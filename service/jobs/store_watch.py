@@ -101,6 +101,7 @@ class StoreWatch:
             event = EventLog().state(job.revision + 1, "status", status="queued", detail=detail)
             return store.put_back(job, [event], counted=True)
         error = {"code": "interrupted", "detail": detail}
-        event = EventLog().state(job.revision + 1, LAST, status="failed", error=error)
-        store.finish(job, Ending(JobStatus.FAILED, failure=Failure(**error)), [event])
+        ending = Ending(JobStatus.FAILED, failure=Failure(**error))
+        event = EventLog().state(job.revision + 1, LAST, status="failed", error=error, ended=ending.ended)
+        store.finish(job, ending, [event])
         return None

@@ -26,6 +26,17 @@ class Failure(Answer):
     detail: str = Field(description="One sentence.", examples=["The worker was ended by signal SIGKILL."])
 
 
+class Ended(Answer):
+    """What ended a layout."""
+
+    by: str = Field(
+        description="`answer`: the solve came to its own end; `time-limit`: it had no more time, and the result is the "
+        "best that was known; `cancelled`; or the code of the error.",
+        examples=["time-limit"],
+    )
+    detail: str | None = Field(description="One sentence.", examples=["A client called it off."])
+
+
 class _Head(Answer):
     id: str = Field(description="Identifier.", examples=[_ID])
     name: str = Field(description="Label of the request.", examples=["line"])
@@ -34,6 +45,9 @@ class _Head(Answer):
     created_at: str = Field(description="RFC 3339.", examples=[_TIME])
     started_at: str | None = Field(description="When a worker took it up.", examples=[_TIME])
     finished_at: str | None = Field(description="When it ended.", examples=[_TIME])
+    ended: Ended | None = Field(
+        description="What ended it; null until then, and for layouts that older versions have solved.", examples=[None]
+    )
 
 
 class Layout(_Head):

@@ -151,6 +151,6 @@ def _end(number: int, ending: Ending) -> dict[str, Any]:
         "new_version": ending.version,
         "new_failure_code": None if failure is None else failure.code,
         "new_failure_detail": None if failure is None else failure.detail,
-        "new_ended_by": ending.ended_by or (None if failure is None else failure.code),
-        "new_ended_detail": ending.detail or (None if failure is None else failure.detail),
+        "new_ended_by": ending.ended["by"],
+        "new_ended_detail": ending.ended["detail"],
     }

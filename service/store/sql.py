@@ -13,7 +13,7 @@ from sqlalchemy import Connection, func, select
 from sqlalchemy.exc import DBAPIError, IntegrityError, SQLAlchemyError
 from sqlalchemy.orm import Session, undefer
 
-from service.jobs.job import Ending, Job, JobEvent, JobStatus
+from service.jobs.job import CALLED_OFF, Ending, Job, JobEvent
 from service.store import changes
 from service.store.engine import IMMEDIATE, database_file, make_engine
 from service.store.job_store import JobFilter, Keyed, KeyTaken, NoAnswer, StoreUnavailable
@@ -29,7 +29,6 @@ log = logging.getLogger(__name__)
 WHOLE = (undefer(JobRow.request), undefer(JobRow.result))
 TURN_WITHIN = 5.0
 """s that a thread waits for its turn to write."""
-CALLED_OFF = Ending(JobStatus.CANCELLED, ended_by="cancelled", detail="A client called it off.")
 
 
 class SqlJobStore:

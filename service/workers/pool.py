@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import json
 import logging
 import os
 from collections.abc import Callable
@@ -176,8 +177,10 @@ class ProcessExecutor:
         """Call a function of `service.workers.worker` in a worker."""
         one = await self._take()
         cancelled = asyncio.Event()
+        known = _Known(report)
+        reply = one.begin(function, arguments, known)
         # A task of its own, so that nothing can come between a solve that is stopped and its worker's return.
-        run = asyncio.create_task(self._see_through(one, one.begin(function, arguments, report), cancelled, stop_after))
+        run = asyncio.create_task(self._see_through(one, reply, known, cancelled, stop_after))
         try:
             return await asyncio.shield(run)
         except asyncio.CancelledError:
@@ -187,29 +190,55 @@ class ProcessExecutor:
             raise
 
     async def _see_through(
-        self, one: WorkerProcess, reply: asyncio.Future[Answer], cancelled: asyncio.Event, stop_after: float
+        self,
+        one: WorkerProcess,
+        reply: asyncio.Future[Answer],
+        known: _Known,
+        cancelled: asyncio.Event,
+        stop_after: float,
     ) -> Answer:
-        """Wait for the answer of a run; ask it to stop, and kill its worker, where that takes too long."""
+        """Wait for the answer of a run; ask it to stop, and kill its worker, where that takes too long.
+
+        What is known then is the answer.
+        """
         called_off = asyncio.create_task(cancelled.wait())
         try:
             either: list[asyncio.Future[Any]] = [reply, called_off]
             await asyncio.wait(either, timeout=stop_after, return_when=asyncio.FIRST_COMPLETED)
             too_late = f"No answer within {stop_after:g} s; the solve was stopped."
+            killed = False
             if not reply.done():
                 one.ask_to_stop()
                 await asyncio.wait({reply}, timeout=GRACE)
                 if not reply.done():
+                    killed = True
                     one.kill()
                     await one.ended
-                    raise SolveFailed("time-limit", too_late)
-            answer = reply.result()
+            answer = Answer(None, code=worker.STOPPED) if killed else reply.result()
         finally:
             called_off.cancel()
             self._put_back(one)
+        if answer.text is None and answer.code == worker.STOPPED:
+            if known.answer is None or cancelled.is_set():
+                raise SolveFailed(worker.TIME_LIMIT, too_late)
+            return known.answer._replace(ended_by=worker.TIME_LIMIT)
         if answer.text is None:
-            stopped = answer.code == worker.STOPPED
-            raise SolveFailed("time-limit", too_late) if stopped else SolveFailed(answer.code, answer.detail)
+            raise SolveFailed(answer.code, answer.detail)
         return answer
+
+
+class _Known:
+    """Passes on what a run tells, and keeps the best answer that it has told of."""
+
+    def __init__(self, report: Report) -> None:
+        self._report = report
+        self.answer: Answer | None = None
+
+    def __call__(self, kind: str, data: str) -> None:
+        if kind == worker.KNOWN:
+            self.answer = Answer(*json.loads(data))
+        else:
+            self._report(kind, data)
 
 
 def limit_threads() -> None:

@@ -9,8 +9,9 @@ from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
-from optimizer.events import Bounded, Event, Incumbent, Iterated
+from optimizer.events import Bounded, Event, Incumbent, Iterated, Solved
 from service.documents import incumbent_document
+from service.workers.best_known import KnownAnswer
 
 FREQUENT = (Bounded, Iterated)
 """Events of which not every one matters: the next one says more."""
@@ -34,6 +35,11 @@ class Reports:
 
     def __call__(self, event: Event) -> None:
         """Tell of an event."""
+        if isinstance(event, Solved):
+            return
+        if isinstance(event, KnownAnswer):
+            self._send(event.kind, event.text)
+            return
         if isinstance(event, FREQUENT):
             if self._held is not None and type(self._held) is not type(event):
                 self._release()

@@ -29,6 +29,10 @@ log = logging.getLogger(__name__)
 
 SELF_TEST_LIMIT = 10.0
 """s, soft limit of a self-test."""
+ANSWER, TIME_LIMIT = "answer", "time-limit"
+"""What ends a solve with a result: it came to its own end, or had no more time."""
+KNOWN = "known"
+"""Kind of the message with an answer to fall back on; it is for the server and never an event of a job."""
 STOPPED = "cancelled"
 """Code of the answer of a run that was told to stop."""
 
@@ -43,6 +47,7 @@ class Answer(NamedTuple):
         version: of the program that made it.
         code: stable name of the failure, or "".
         detail: sentence about the failure.
+        ended_by: what ended a solve that has a result: `ANSWER`, or `TIME_LIMIT`.
     """
 
     text: str | None
@@ -51,6 +56,7 @@ class Answer(NamedTuple):
     version: str | None = None
     code: str = ""
     detail: str = ""
+    ended_by: str = ANSWER
 
 
 class Run(NamedTuple):
@@ -124,12 +130,24 @@ def _carry_out(run: Run, channel: socket.socket, stops: set[int]) -> Any:
 
 
 def solve(text: str, request_hash: str, time_limit: float, data_dir: Path | None = None) -> Answer:
-    """Solve an accepted request; what it names of users' robots and meshes lies in ``data_dir``."""
+    """Solve an accepted request; what it names of users' robots and meshes lies in ``data_dir``.
+
+    The best answer so far is told meanwhile, for the case that the solve has to be ended.
+    """
 
     def work() -> dict[str, Any]:
+        from optimizer.watch import overhearing, tell
+        from service.workers.best_known import QUICK, BestKnown
         from service.workers.solving import solve_request
 
-        return solve_request(text, request_hash, time_limit, _library(data_dir))
+        known = BestKnown(tell, request_hash, time_limit)
+        known.begin()
+        try:
+            with overhearing(known):
+                return solve_request(text, request_hash, time_limit, _library(data_dir))
+        except Cancelled:
+            known.flush(QUICK)
+            raise
 
     return _answer(work)
 
@@ -155,9 +173,7 @@ def _library(data_dir: Path | None) -> Library | None:
 def _answer(work: Callable[[], dict[str, Any]]) -> Answer:
     """The result of some work, or why there is none."""
     try:
-        result = work()
-        text = json.dumps(result, allow_nan=False)
-        return Answer(text, result["outcome"], result["objective"], result["version"])
+        return answer_of(work())
     except Cancelled:
         return Answer(None, code=STOPPED, detail="The solve was told to stop.")
     except DuocellError as error:
@@ -168,6 +184,13 @@ def _answer(work: Callable[[], dict[str, Any]]) -> Answer:
         log.exception("work failed")
         detail = "The work ended with an unexpected error; the log of the server has the details."
         return Answer(None, code="internal", detail=detail)
+
+
+def answer_of(result: dict[str, Any]) -> Answer:
+    """The answer with a result."""
+    text = json.dumps(result, allow_nan=False)
+    ended_by = ANSWER if result["search"]["ended"] else TIME_LIMIT
+    return Answer(text, result["outcome"], result["objective"], result["version"], ended_by=ended_by)
 
 
 def self_test() -> Answer:

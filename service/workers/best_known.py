@@ -1,0 +1,94 @@
+"""What is known while a solve goes on, sent to the server in time: it is the answer if the solve has to be ended."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar
+
+from optimizer.events import Event, Incumbent, Solved
+from optimizer.layout import Layout
+from optimizer.progress.interim import interim_layout, unknown_layout
+from service.documents import result_document
+from service.workers.worker import KNOWN, answer_of
+
+LEAST, SHARE = 0.5, 0.05
+"""s, and share of the time, that making such answers may take: after a costly one the next one waits."""
+QUICK = 0.2
+"""s that the last answer may cost where the solve was told to end."""
+
+
+@dataclass(frozen=True, slots=True)
+class KnownAnswer(Event):
+    """An answer that is complete, but perhaps not the best.
+
+    Attributes:
+        text: JSON of an `Answer`.
+    """
+
+    kind: ClassVar[str] = KNOWN
+    text: str
+
+
+class BestKnown:
+    """Follows a solve and tells, now and then, the best answer so far.
+
+    Args:
+        tell: takes an event. request_hash: of the request. limit: s, what is said to have ended the solve.
+        clock: s.
+    """
+
+    def __init__(
+        self,
+        tell: Callable[[Event], None],
+        request_hash: str,
+        limit: float,
+        clock: Callable[[], float] = time.perf_counter,
+    ) -> None:
+        self._tell = tell
+        self._hash = request_hash
+        self._limit = limit
+        self._clock = clock
+        self._began = clock()
+        self._untold: Incumbent | None = None
+        self._next = 0.0
+        self._cost = 0.0
+
+    def begin(self) -> None:
+        """Tell that nothing is known yet: the answer until something is."""
+        why = (
+            f"the time limit of {self._limit:g} s ended the solve before any layout was found that could be checked; "
+            "allow more time"
+        )
+        self._send(unknown_layout(self._limit, why))
+
+    def __call__(self, event: Event) -> None:
+        """See an event of the solve."""
+        if isinstance(event, Solved):
+            self._untold = None
+            self._send(event.layout)
+        elif isinstance(event, Incumbent):
+            self._untold = event
+            if self._clock() >= self._next:
+                self.flush()
+
+    def flush(self, most: float = float("inf")) -> None:
+        """Tell the best so far, if it is not told and will probably take no longer than ``most`` s."""
+        found = self._untold
+        if found is None or self._cost > most:
+            return
+        self._untold = None
+        began = self._clock()
+        why = (
+            f"the time limit of {self._limit:g} s ended the solve; this is the best layout that was known, checked, "
+            "without its clearances and without a proof; allow more time"
+        )
+        self._send(interim_layout(found.cell, found.points, found.time, self._limit, why))
+        ended = self._clock()
+        self._cost = ended - began
+        self._next = ended + max(LEAST, self._cost / SHARE)
+
+    def _send(self, layout: Layout) -> None:
+        self._tell(KnownAnswer(json.dumps(answer_of(result_document(layout, self._hash)))))

@@ -1,0 +1,104 @@
+"""What a solve that is ended leaves behind: the best layout so far, checked, or that nothing is known."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from models.cell import Cell
+from optimizer.events import Event, Incumbent, Solved
+from optimizer.layout import Outcome
+from optimizer.optimize import optimize
+from optimizer.progress.interim import interim_layout
+from optimizer.settings import Settings
+from optimizer.watch import Cancelled, watching
+from service.schemas.request import EXAMPLE, LayoutRequest
+from service.workers.best_known import BestKnown, KnownAnswer
+from service.workers.worker import Answer
+
+
+class Told(list[Answer]):
+    """Answers that were told."""
+
+    def __call__(self, event: Event) -> None:
+        assert isinstance(event, KnownAnswer)
+        self.append(Answer(*json.loads(event.text)))
+
+
+@pytest.fixture(scope="module")
+def first() -> Incumbent:
+    """The first layout that a solve tells of; it is ended then."""
+    found: list[Incumbent] = []
+
+    def see(event: Event) -> None:
+        if isinstance(event, Incumbent):
+            found.append(event)
+
+    with pytest.raises(Cancelled), watching(see, lambda: bool(found)):
+        optimize(made(), Settings(certificate=None))
+    return found[0]
+
+
+def made() -> Cell:
+    from service.convert import cell_of
+
+    return cell_of(LayoutRequest.model_validate(EXAMPLE | {"certificate": None}), None)
+
+
+def test_nothing_is_known_in_the_beginning() -> None:
+    told = Told()
+    BestKnown(told, "hash", 5.0).begin()
+    (answer,) = told
+    result = json.loads(answer.text or "")
+    assert (answer.outcome, answer.ended_by) == ("unknown", "time-limit")
+    assert result["request_hash"] == "hash"
+    assert "5 s" in result["reasons"][0]["detail"]
+    assert result["search"]["ended"] is False
+
+
+def test_a_layout_that_was_found_is_an_answer_with_all_that_belongs_to_it(first: Incumbent) -> None:
+    told = Told()
+    BestKnown(told, "hash", 5.0)(first)
+    (answer,) = told
+    result = json.loads(answer.text or "")
+    assert answer.outcome == "feasible"
+    assert answer.objective == pytest.approx(first.objective, rel=1e-6)
+    assert result["verification"]["limits_respected"] is True
+    assert result["verification"]["max_position_error"] < 1e-6
+    assert [arm["name"] for arm in result["arms"]] == [arm.name for arm in first.arms]
+    assert np.shape(result["arms"][0]["joints"]) == (10, 6)
+    assert result["proved"] is False
+
+
+def test_a_layout_that_fails_its_check_is_none(first: Incumbent) -> None:
+    wrong = replace(first.points[0], joints=first.points[0].joints + 0.01)
+    layout = interim_layout(first.cell, (wrong, *first.points[1:]), 0.1, 5.0, "ended")
+    assert layout.outcome is Outcome.UNKNOWN
+    assert layout.placements == ()
+
+
+def test_dear_answers_come_seldom_and_the_last_one_is_not_lost(first: Incumbent) -> None:
+    times = iter([0.0, 0.1, 0.1, 1.1, 2.0, 30.0, 30.0, 30.1, 50.0])
+    told = Told()
+    known = BestKnown(told, "hash", 5.0, clock=lambda: next(times))
+    known(first)  # told, and takes a second
+    known(first)  # at 2.0: too early
+    assert len(told) == 1
+    known.flush(0.2)  # too dear to be waited for
+    assert len(told) == 1
+    known(first)  # at 30.0
+    assert len(told) == 2
+    known.flush()  # nothing new
+    assert len(told) == 2
+
+
+def test_the_final_answer_of_the_search_takes_the_place_of_all_before(first: Incumbent) -> None:
+    told = Told()
+    known = BestKnown(told, "hash", 5.0)
+    final = interim_layout(first.cell, first.points, 0.1, 0.2, "why")
+    known(first)
+    known(first)
+    known(Solved(final))
+    known.flush()
+    assert json.loads(told[-1].text or "")["search"]["wall_time"] == 0.2

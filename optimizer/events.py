@@ -3,14 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from models.arrays import Floats
-from models.cell import Cell
-
-if TYPE_CHECKING:
-    from optimizer.layout import Layout
-    from optimizer.program import ArmPoint
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,27 +118,12 @@ class Incumbent(Event):
 
     Attributes:
         objective: E. time: s since the start. arms: where they stand, in the order of the cell.
-        cell, points: of which it is made, for whoever needs the whole of it.
     """
 
     kind: ClassVar[str] = "incumbent"
     objective: float
     time: float
     arms: tuple[Standing, ...]
-    cell: Cell
-    points: tuple[ArmPoint, ...]
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Solved(Event):
-    """The answer is known and verified; what follows only explains it.
-
-    Attributes:
-        layout: the answer, without explanation, tolerance and baselines.
-    """
-
-    kind: ClassVar[str] = "solved"
-    layout: Layout
 
 
 @dataclass(frozen=True, slots=True)

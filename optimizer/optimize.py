@@ -11,13 +11,14 @@ from optimizer.certificate.budget import automatic
 from optimizer.coupled.found import CoupledSearch
 from optimizer.coupled.layout import coupled_layout
 from optimizer.coupled.search import search_coupled
-from optimizer.events import Solved, Verified
+from optimizer.events import Verified
 from optimizer.infeasibility.immediate.cause import Infeasibility
 from optimizer.infeasibility.immediate.immediate import immediate_infeasibility, refused
 from optimizer.layout import Certificate, Layout, Outcome, Placement, Reason, Search
 from optimizer.measure import jobs_of, placed
 from optimizer.penalty import run_baseline
 from optimizer.progress.incumbents import arm_found, recording
+from optimizer.progress.known import Solved
 from optimizer.progress.timetable import Progress, Timetable, timetable
 from optimizer.prove import against, prove
 from optimizer.reasons import name_jobs

@@ -87,7 +87,7 @@ def create_app(
             await asyncio.gather(*background, return_exceptions=True)
             await jobs.close(settings.drain)
             await acceptance.stop()
-            intake.stop()
+            await intake.stop()
             await runs_on.stop()
 
     app = FastAPI(
@@ -116,4 +116,4 @@ async def _load_robots(monitor: Monitor) -> None:
     except (InvalidRequest, Problem) as error:
         log.warning("the list of robots is made when it is asked for: %s", error)
     finally:
-        elsewhere.stop()
+        await elsewhere.stop()

@@ -18,6 +18,7 @@ from models.posture import name_signs
 from optimizer.events import Incumbent, Standing
 from optimizer.measure import objective_of
 from optimizer.program import ArmPoint
+from optimizer.progress.known import Usable
 from optimizer.watch import tell, watched
 
 BETTER = 1e-6
@@ -49,7 +50,8 @@ class Incumbents:
         self.objective = objective
         if watched():
             standing = (_standing(self.cell, arm, point) for arm, point in zip(self.cell.arms, points, strict=True))
-            tell(Incumbent(objective, seconds, tuple(standing), self.cell, tuple(points)))
+            tell(Usable(self.cell, tuple(points), seconds))
+            tell(Incumbent(objective, seconds, tuple(standing)))
 
     def found_alone(self, arm: Arm, point: ArmPoint, objective: float) -> None:
         """Take a usable place of one arm into account, where nothing ties it to the others."""

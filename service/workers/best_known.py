@@ -8,9 +8,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
-from optimizer.events import Event, Incumbent, Solved
+from optimizer.events import Event
 from optimizer.layout import Layout
 from optimizer.progress.interim import interim_layout, unknown_layout
+from optimizer.progress.known import Solved, Usable
 from service.documents import result_document
 from service.workers.worker import KNOWN, answer_of
 
@@ -52,7 +53,7 @@ class BestKnown:
         self._limit = limit
         self._clock = clock
         self._began = clock()
-        self._untold: Incumbent | None = None
+        self._untold: Usable | None = None
         self._next = 0.0
         self._cost = 0.0
 
@@ -69,7 +70,7 @@ class BestKnown:
         if isinstance(event, Solved):
             self._untold = None
             self._send(event.layout)
-        elif isinstance(event, Incumbent):
+        elif isinstance(event, Usable):
             self._untold = event
             if self._clock() >= self._next:
                 self.flush()

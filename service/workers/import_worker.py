@@ -41,7 +41,7 @@ class ImportWorker:
         self._most = most
         self._present = 0
         self._turn = asyncio.Lock()
-        self._process: WorkerProcess | None = None
+        self._processes: set[WorkerProcess] = set()
 
     @asynccontextmanager
     async def place(self) -> AsyncIterator[None]:
@@ -71,7 +71,9 @@ class ImportWorker:
             Problem: no process could be started for it.
         """
         async with self._turn:
-            process = self._process = await _started()
+            process = await _started()
+            self._processes.add(process)
+            process.ended.add_done_callback(lambda _: self._processes.discard(process))
             try:
                 async with asyncio.timeout(self._time_limit):
                     await process.warm()
@@ -88,16 +90,16 @@ class ImportWorker:
                 detail = "The process that read it broke down. Is it in order? Check it with another program."
                 raise _refused(detail, "invalid-upload") from error
             finally:
-                self.stop()
+                process.kill()
         if issues:
             raise InvalidRequest(issues)
         return cast(Made, made)
 
-    def stop(self) -> None:
-        """End the process that reads, if there is one."""
-        process, self._process = self._process, None
-        if process is not None:
+    async def stop(self) -> None:
+        """End the process that reads, if there is one; returns when it is gone."""
+        for process in self._processes:
             process.kill()
+        await asyncio.gather(*(process.ended for process in self._processes))
 
 
 async def _started() -> WorkerProcess:

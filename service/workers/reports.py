@@ -9,7 +9,8 @@ from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
-from optimizer.events import Bounded, Event, Incumbent, Iterated, Solved
+from optimizer.events import Bounded, Event, Incumbent, Iterated
+from optimizer.progress.known import Known
 from service.documents import incumbent_document
 from service.workers.best_known import KnownAnswer
 
@@ -35,7 +36,7 @@ class Reports:
 
     def __call__(self, event: Event) -> None:
         """Tell of an event."""
-        if isinstance(event, Solved):
+        if isinstance(event, Known):
             return
         if isinstance(event, KnownAnswer):
             self._send(event.kind, event.text)

@@ -55,6 +55,7 @@ class FakeExecutor:
     def __init__(self) -> None:
         self.seconds = 0.0
         self.failure: SolveFailed | None = None
+        self.ended_by = "answer"
         self.unwell: SolveFailed | None = None
         self.limits: list[tuple[float, float]] = []
         self.running = 0
@@ -91,7 +92,9 @@ class FakeExecutor:
         if self.failure is not None:
             raise self.failure
         result = result_document(made_up_layout(request), request_hash)
-        return Answer(json.dumps(result), result["outcome"], result["objective"], result["version"])
+        return Answer(
+            json.dumps(result), result["outcome"], result["objective"], result["version"], ended_by=self.ended_by
+        )
 
     async def self_test(self) -> None:
         if self.unwell is not None:

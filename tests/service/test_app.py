@@ -27,11 +27,14 @@ def test_the_catalogue_is_listed(client: TestClient) -> None:
 
 
 def test_the_catalogue_is_the_same_from_the_process_that_loads_it(client: TestClient) -> None:
-    intake = ImportWorker(60.0, 1)
-    try:
-        assert asyncio.run(intake.run(load_catalogue)) == client.get("/v1/robots").json()["items"]
-    finally:
-        intake.stop()
+    async def listed() -> object:
+        intake = ImportWorker(60.0, 1)
+        try:
+            return await intake.run(load_catalogue)
+        finally:
+            await intake.stop()
+
+    assert asyncio.run(listed()) == client.get("/v1/robots").json()["items"]
 
 
 def test_a_robot_tells_limits_frames_and_provenance(client: TestClient) -> None:

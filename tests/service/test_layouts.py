@@ -221,3 +221,29 @@ def test_jobs_wait_for_the_next_process_when_the_service_ends(
     assert [layout["status"] for layout in layouts] == ["succeeded", "succeeded"]
     assert [layout["attempts"] for layout in layouts] == [1, 1]  # being put back is nobody's fault
     client.__enter__()  # the fixture leaves it once more
+
+
+def test_every_end_says_what_ended_it(client: TestClient, fake: Any, example: Document) -> None:
+    wait = {"Prefer": "wait=10"}
+
+    def ended(location: str) -> Any:
+        layout = client.get(location).json()
+        (summary,) = [item for item in client.get("/v1/layouts").json()["items"] if item["id"] == layout["id"]]
+        done = client.get(f"{location}/events").text.partition("event: done\ndata: ")[2].partition("\n")[0]
+        assert layout["ended"] == summary["ended"] == json.loads(done)["ended"]
+        return layout["ended"]
+
+    answered = client.post("/v1/layouts", json=example, headers=wait).headers["location"]
+    assert ended(answered) == {"by": "answer", "detail": "The solve came to its own end."}
+    fake.ended_by = "time-limit"
+    cut = client.post("/v1/layouts", json=example | {"time_limit": 7.0}, headers=wait).headers["location"]
+    assert ended(cut)["by"] == "time-limit"
+    assert "7 s" in ended(cut)["detail"]
+    fake.failure = SolveFailed("out-of-memory", "Too many poses.")
+    failed = client.post("/v1/layouts", json=example, headers=wait).headers["location"]
+    assert ended(failed) == {"by": "out-of-memory", "detail": "Too many poses."}
+    fake.seconds = 60.0
+    running = client.post("/v1/layouts", json=example)
+    assert running.json()["ended"] is None
+    client.post(f"{running.headers['location']}/cancel")
+    assert ended(running.headers["location"]) == {"by": "cancelled", "detail": "A client called it off."}

@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from models.cell import Cell
-from optimizer.events import Event, Incumbent, Solved
+from optimizer.events import Event
 from optimizer.layout import Outcome
+from optimizer.measure import objective_of
 from optimizer.optimize import optimize
 from optimizer.progress.interim import interim_layout
+from optimizer.progress.known import Solved, Usable
 from optimizer.settings import Settings
 from optimizer.watch import Cancelled, watching
 from service.schemas.request import EXAMPLE, LayoutRequest
@@ -27,12 +29,12 @@ class Told(list[Answer]):
 
 
 @pytest.fixture(scope="module")
-def first() -> Incumbent:
+def first() -> Usable:
     """The first layout that a solve tells of; it is ended then."""
-    found: list[Incumbent] = []
+    found: list[Usable] = []
 
     def see(event: Event) -> None:
-        if isinstance(event, Incumbent):
+        if isinstance(event, Usable):
             found.append(event)
 
     with pytest.raises(Cancelled), watching(see, lambda: bool(found)):
@@ -57,28 +59,31 @@ def test_nothing_is_known_in_the_beginning() -> None:
     assert result["search"]["ended"] is False
 
 
-def test_a_layout_that_was_found_is_an_answer_with_all_that_belongs_to_it(first: Incumbent) -> None:
+def test_a_layout_that_was_found_is_an_answer_with_all_that_belongs_to_it(first: Usable) -> None:
     told = Told()
     BestKnown(told, "hash", 5.0)(first)
     (answer,) = told
     result = json.loads(answer.text or "")
     assert answer.outcome == "feasible"
-    assert answer.objective == pytest.approx(first.objective, rel=1e-6)
+    own = sum(
+        objective_of(first.cell.task, arm, p.joints) for arm, p in zip(first.cell.arms, first.points, strict=True)
+    )
+    assert answer.objective == pytest.approx(own, rel=1e-9)
     assert result["verification"]["limits_respected"] is True
     assert result["verification"]["max_position_error"] < 1e-6
-    assert [arm["name"] for arm in result["arms"]] == [arm.name for arm in first.arms]
+    assert [arm["name"] for arm in result["arms"]] == [arm.name for arm in first.cell.arms]
     assert np.shape(result["arms"][0]["joints"]) == (10, 6)
     assert result["proved"] is False
 
 
-def test_a_layout_that_fails_its_check_is_none(first: Incumbent) -> None:
+def test_a_layout_that_fails_its_check_is_none(first: Usable) -> None:
     wrong = replace(first.points[0], joints=first.points[0].joints + 0.01)
     layout = interim_layout(first.cell, (wrong, *first.points[1:]), 0.1, 5.0, "ended")
     assert layout.outcome is Outcome.UNKNOWN
     assert layout.placements == ()
 
 
-def test_dear_answers_come_seldom_and_the_last_one_is_not_lost(first: Incumbent) -> None:
+def test_dear_answers_come_seldom_and_the_last_one_is_not_lost(first: Usable) -> None:
     times = iter([0.0, 0.1, 0.1, 1.1, 2.0, 30.0, 30.0, 30.1, 50.0])
     told = Told()
     known = BestKnown(told, "hash", 5.0, clock=lambda: next(times))
@@ -93,7 +98,7 @@ def test_dear_answers_come_seldom_and_the_last_one_is_not_lost(first: Incumbent)
     assert len(told) == 2
 
 
-def test_the_final_answer_of_the_search_takes_the_place_of_all_before(first: Incumbent) -> None:
+def test_the_final_answer_of_the_search_takes_the_place_of_all_before(first: Usable) -> None:
     told = Told()
     known = BestKnown(told, "hash", 5.0)
     final = interim_layout(first.cell, first.points, 0.1, 0.2, "why")

@@ -18,7 +18,11 @@ from tests.support.server import alive, children
 
 def asked(trial: Callable[[ImportWorker], Coroutine[Any, Any, None]], limit: float = 60.0) -> None:
     async def inside() -> None:
-        await trial(ImportWorker(limit, 1))
+        worker = ImportWorker(limit, 1)
+        try:
+            await trial(worker)
+        finally:
+            await worker.stop()
 
     asyncio.run(inside())
 

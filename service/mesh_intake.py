@@ -35,7 +35,7 @@ def mesh_from_file(data: bytes, file: str, name: str) -> UserMesh:
         bounds = np.array([mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)])
         longest = float(np.ptp(bounds, axis=0).max())
         factor = 10.0 ** -floor(log10(longest)) if longest > 0.0 else 1.0
-        pieces = decompose(Mesh(mesh.vertices * factor, mesh.faces), MOST_PIECES).pieces
+        found = decompose(Mesh(mesh.vertices * factor, mesh.faces), MOST_PIECES)
     except InvalidInput as error:
         raise InvalidRequest([Issue("/mesh", error.detail, error.code)]) from error
     return UserMesh(
@@ -45,6 +45,8 @@ def mesh_from_file(data: bytes, file: str, name: str) -> UserMesh:
         size=len(data),
         triangles=len(mesh.faces),
         bounds=bounds,
-        pieces=tuple(piece.points / factor for piece in pieces),
+        pieces=tuple(piece.points / factor for piece in found.pieces),
         created_at="",
+        depth=found.dent / factor,
+        left_out=found.left_out,
     )

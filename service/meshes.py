@@ -25,6 +25,8 @@ def mesh_resource(mesh: UserMesh) -> dict[str, Any]:
         "triangles": mesh.triangles,
         "bounding_box": {"lower": mesh.bounds[0].tolist(), "upper": mesh.bounds[1].tolist()},
         "pieces": len(mesh.pieces),
+        "depth": mesh.depth,
+        "left_out": mesh.left_out,
         "created_at": mesh.created_at,
         "href": mesh_address(mesh),
     }

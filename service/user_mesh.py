@@ -29,6 +29,8 @@ class UserMesh:
         bounds: (2, 3) least and greatest coordinates.
         pieces: corners (k, 3) of the convex pieces that stand for it.
         created_at: RFC 3339.
+        depth: deepest dent that the pieces fill; None where it was not kept.
+        left_out: flat parts, without volume, that the pieces do not contain.
     """
 
     id: str
@@ -39,6 +41,8 @@ class UserMesh:
     bounds: Floats
     pieces: tuple[Floats, ...]
     created_at: str
+    depth: float | None = None
+    left_out: int = 0
 
     def scaled(self, scale: float) -> tuple[ConvexHull, ...]:
         """The pieces in metres.
@@ -76,6 +80,8 @@ def mesh_document(mesh: UserMesh) -> dict[str, Any]:
         "bounds": mesh.bounds.tolist(),
         "pieces": [piece.tolist() for piece in mesh.pieces],
         "created_at": mesh.created_at,
+        "depth": mesh.depth,
+        "left_out": mesh.left_out,
     }
 
 
@@ -96,4 +102,6 @@ def mesh_from_document(document: dict[str, Any]) -> UserMesh:
         bounds=np.array(document["bounds"], dtype=np.float64).reshape(2, 3),
         pieces=tuple(np.array(piece, dtype=np.float64).reshape(-1, 3) for piece in document["pieces"]),
         created_at=str(document["created_at"]),
+        depth=None if document.get("depth") is None else float(document["depth"]),
+        left_out=int(document.get("left_out", 0)),
     )

@@ -28,6 +28,16 @@ class UploadedMesh(Answer):
         description="Where it is, in the units of the file: does it need a scale of 0.001?"
     )
     pieces: int = Field(description="Convex pieces that stand for it; together they contain it.", examples=[7])
+    depth: float | None = Field(
+        description="Deepest dent that the pieces fill, in the units of the file, as sampled: so far they stick out of "
+        "the mesh. null: not kept when it was uploaded.",
+        examples=[1.5],
+    )
+    left_out: int = Field(
+        description="Flat parts of the file that have no volume and stick out of the pieces: nothing keeps clear "
+        "of them.",
+        examples=[0],
+    )
     created_at: str = Field(description="RFC 3339.", examples=["2026-11-22T09:30:00.000000Z"])
     href: str = Field(description="Address of this resource.", examples=[f"/v1/meshes/{_ID}"])
 

@@ -16,6 +16,7 @@ from service.app import create_app
 from service.library import Library
 from service.settings import Settings
 from tests.service.conftest import FakeExecutor
+from tests.support.acceptance import FOLDER
 from tests.support.own_robot import as_obj, as_stl, fork
 
 Document = dict[str, Any]
@@ -53,6 +54,8 @@ def test_a_mesh_is_brought_shown_used_and_deleted(service: TestClient, example: 
     assert mesh["bounding_box"]["lower"] == pytest.approx([-0.05, -0.1, 0.0])
     assert mesh["bounding_box"]["upper"] == pytest.approx([0.05, 0.1, 0.48])
     assert mesh["pieces"] >= 3
+    assert 0.0 <= mesh["depth"] < 0.02
+    assert mesh["left_out"] == 0
 
     again = send(service, "other.stl", FORK, name="another name")
     assert (again.status_code, again.json()) == (200, mesh)
@@ -69,6 +72,13 @@ def test_a_mesh_is_brought_shown_used_and_deleted(service: TestClient, example: 
 
     folder = service.app.state.duocell.settings.data_dir  # type: ignore[attr-defined]
     assert len(Library(folder, deleted=True).hulls(mesh["id"])) == mesh["pieces"]  # for layouts accepted before
+
+
+def test_a_flat_part_is_left_out_and_counted(service: TestClient) -> None:
+    data = (FOLDER / "urdf" / "12_stl_box_and_one_flat_triangle_refused.stl").read_bytes()
+    mesh = send(service, "box.stl", data).json()
+    assert (mesh["pieces"], mesh["left_out"]) == (1, 1)
+    assert mesh["depth"] < 1e-9
 
 
 def test_a_mesh_in_millimetres_needs_its_scale(service: TestClient, example: Document) -> None:

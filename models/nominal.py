@@ -105,7 +105,7 @@ def _drawn(chain: Chain, near: float) -> Chain:
     last = 3 if not _parallel(h[2], h[3]) else 4
     middle = _nearest_point(h[last:], points[last:])
     if middle is not None and all(_off(middle, p, a) < near for p, a in zip(points[last:], h[last:], strict=True)):
-        points[last:] = middle
+        points[last:] = middle + h[last:] * np.sum(h[last:] * (points[last:] - middle), axis=1, keepdims=True)
     return Chain(h, points, _home(chain.home, known))
 
 
@@ -156,16 +156,20 @@ def _off(point: Floats, on_line: Floats, axis: Floats) -> float:
 
 
 def _robot_of(robot: Robot, chain: Chain) -> Robot:
-    """The robot of a chain, its frames along the base's axes at zero."""
-    before, placements = np.zeros(3), []
-    for point in chain.points:
-        placements.append(transform(np.eye(3), point - before))
-        before = point
+    """The robot of a chain; its links' frames are turned as those of ``robot`` at zero: bodies are given in them."""
+    before, true = np.eye(4), np.eye(4)
+    placements, axes = [], []
+    for placement, point, axis in zip(robot.joint_placements, chain.points, chain.axes, strict=True):
+        true = true @ placement
+        frame = transform(true[:3, :3], point)
+        placements.append(inverse(before) @ frame)
+        axes.append(frame[:3, :3].T @ axis)
+        before = frame
     return replace(
         robot,
         joint_placements=np.array(placements),
-        joint_axes=chain.axes,
-        flange_placement=inverse(transform(np.eye(3), before)) @ chain.home,
+        joint_axes=np.array(axes),
+        flange_placement=inverse(before) @ chain.home,
     )
 
 

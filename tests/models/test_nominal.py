@@ -12,6 +12,7 @@ from models.chain import chain_of
 from models.closed_form import closed_form
 from models.inverse import branches, source_of_branches
 from models.kinematics import flange_poses
+from models.link_frames import link_frames
 from models.nominal import as_drawn, nominal, posture_form
 from models.pose import rotation_about, rotation_angle, transform
 from models.reference import working_reference
@@ -58,6 +59,8 @@ def test_a_calibrated_arm_has_the_closed_form_of_its_drawing_within_stated_bound
     turned = rotation_angle(np.swapaxes(true[:, :3, :3], 1, 2) @ nearly[:, :3, :3]).max()
     assert 0.0 < away <= meant.position < 50.0 * (length + 2.0 * angle)
     assert 0.0 < turned <= meant.angle < 30.0 * angle
+    frames, drawn_frames = link_frames(robot, q), link_frames(meant.robot, q)  # bodies are given in them
+    assert np.abs(frames - drawn_frames).max() < meant.position + meant.angle
 
 
 @pytest.mark.parametrize("name", ["ur10e", "puma560"])
@@ -74,8 +77,8 @@ def test_digits_that_a_file_leaves_out_are_put_back():
     assert meant is not None
     assert meant.negligible
     assert 1e-9 < max(meant.position, meant.angle) < 1e-7
-    turned = meant.robot.joint_axes
-    assert np.array_equal(np.abs(turned), np.abs(np.round(turned)))
+    axes = chain_of(meant.robot).axes
+    assert np.abs(axes - np.round(axes)).max() < 1e-14
     assert posture_form(robot) is closed_form(robot)
 
 

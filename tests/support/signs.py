@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from models.closed_form import closed_form
+from models.nominal import nominal
 from models.pose import rotation_about
 from models.robot import Robot
 
@@ -28,6 +29,8 @@ def axis_signs(robot: Robot, joints: np.ndarray) -> np.ndarray | None:
     is singular: wrist above axis 1; shoulder, elbow and wrist in line; axes 4, 5, 6 (or 2, 5, 6) in one plane.
     Their meaning differs from arm to arm by a constant sign.
     """
+    meant = nominal(robot) if closed_form(robot) is None else None
+    robot = robot if meant is None else meant.robot  # postures are those of the arm that was drawn
     form = closed_form(robot)
     if form is None:
         return None

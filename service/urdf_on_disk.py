@@ -9,6 +9,7 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+from models.description.chain_choice import ChainChoice
 from models.errors import InvalidInput, InvalidRobot
 from models.robot import Robot
 from models.urdf_bodies import MissingMeshes, mesh_names
@@ -35,7 +36,7 @@ def robot_on_disk(
         name: that it is to have.
         path: of the URDF file.
         base_link: see `models.urdf.robot_from_urdf`. tip: likewise.
-        warn: told what shapes are estimated for want of a mesh.
+        warn: told what shapes are estimated for want of a mesh, and what other arm could be meant.
         missing_meshes: "estimate": the shape of links whose mesh is missing or unreadable is estimated.
 
     Raises:
@@ -46,6 +47,7 @@ def robot_on_disk(
     except OSError as error:
         raise InvalidRobot(f"cannot read {path}: {error.strerror}. Check the path of the URDF file.") from error
     described = describe(files)
+    _tell_of_others(described.chain, warn)
     contents, lost = _contents(described, path)
     if lost and missing_meshes == "refuse":
         raise InvalidRobot(f"{lost[0]} {ESTIMATE}")
@@ -55,6 +57,14 @@ def robot_on_disk(
         return complete(described, files, contents)
     kept = _kept(described.robot, version_of(described.robot, files.urdf, contents))
     return replace(kept, chain=described.chain) if kept else _keep(complete(described, files, contents))
+
+
+def _tell_of_others(chain: ChainChoice, warn: Callable[[str], None]) -> None:
+    """Warn where the file holds another arm, or a longer one, that could be meant."""
+    others = [one for one in chain.alternatives if one.joints != chain.joints]
+    if others:
+        named = "; ".join(f"{one.base_link}:{one.tip} ({one.reason})" for one in others)
+        warn(f"The chain from {chain.base_link} to {chain.tip} was taken. {chain.reason} Or mean {named}.")
 
 
 def _contents(described: Described, path: Path) -> tuple[dict[str, bytes], list[str]]:

@@ -177,11 +177,12 @@ class Jobs:
             return await self._store.change(self._store.store.add, job, events, key, body_hash)
         except LeaseLost:
             raise
-        except StoreUnavailable:
-            with suppress(StoreUnavailable):
-                found = await self.get(job.id)
-                if found is not None:
-                    return found
+        except StoreUnavailable as error:
+            if not error.lasting:  # otherwise looking takes as long again, and finds nothing
+                with suppress(StoreUnavailable):
+                    found = await self.get(job.id)
+                    if found is not None:
+                        return found
             raise
 
     # --------------------------------------------------------------------------------------------------------- looking

@@ -9,15 +9,16 @@ faketime must be installed. Everything takes some minutes and ends by itself; th
 from __future__ import annotations
 
 import argparse
+import os
+import subprocess
 import sys
 import tempfile
 import traceback
 from contextlib import ExitStack
 from pathlib import Path
 
-from sqlalchemy import create_engine
-
 from bench.chaos import on_postgres, on_processes, on_sqlite, postgres
+from bench.chaos.server import SOURCES
 from bench.chaos.trial import Finding, Setup, Trial
 
 LITE, BIG = "sqlite", "postgresql"
@@ -57,14 +58,9 @@ def carried_out(trial: Trial, store: str) -> Finding:
 
 def migrate(url: str) -> None:
     """Make the tables, with the sources that the servers run."""
-    import os
-    import subprocess
-
-    from bench.chaos.server import SOURCES
-
     environment = os.environ | {"PYTHONPATH": str(SOURCES), "DUOCELL_DATABASE_URL": url}
-    subprocess.run([sys.executable, "-m", "service.cli", "migrate"], check=True, cwd=SOURCES, env=environment)
-    create_engine(url).dispose()
+    command = [sys.executable, "-m", "service.cli", "migrate"]
+    subprocess.run(command, check=True, cwd=SOURCES, env=environment, stdout=subprocess.DEVNULL)
 
 
 def main() -> int:

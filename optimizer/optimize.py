@@ -61,9 +61,12 @@ def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | 
     if layout.verification is not None:
         found = layout.verification
         tell(Verified(found.max_position_error, found.max_orientation_error, found.limits_respected))
-    tell(Solved(layout))
+    advised = settings.tolerance is not None if layout.usable else settings.explain
+    if advised or settings.baselines:  # which may take long
+        tell(Solved(layout))
     layout = with_advice(cell, layout, settings, table)
-    tell(Solved(layout))
+    if advised and settings.baselines:
+        tell(Solved(layout))
     if layout.usable and layout.search.first_feasible_time is None:  # it turned up only when it was explained
         seconds = time.perf_counter() - started
         layout = replace(layout, search=replace(layout.search, first_feasible_time=seconds))

@@ -14,6 +14,7 @@ from models.kept import KEPT
 from optimizer.clearance import ClassClearance, PathClearance
 from optimizer.coupled.scene import world_yaw
 from optimizer.layout import Reason
+from optimizer.meant_contact import if_meant
 from optimizer.program import ArmPoint
 from optimizer.reasons import explain_path
 from optimizer.verification.words import between, poses_at, way_faults
@@ -136,7 +137,7 @@ def _collision(cell: Cell, found: ClassClearance) -> Reason:
     how = how if abs(gap) >= TOUCHING else "touch"
     wanted = f"; {1e3 * found.required:g} mm are asked for" if found.required > 0.0 else ""
     where = between(found.pose, found.fraction)
-    detail = f"{contact.first} and {contact.second} {how} {where}{wanted}"
+    detail = f"{contact.first} and {contact.second} {how} {where}{wanted}{if_meant(found.kind)}"
     poses = poses_at(found.pose, found.fraction)
     return Reason(_to_blame(cell, contact), "collision", poses, detail, None, found.required - found.distance, "m")
 

@@ -22,6 +22,8 @@ from optimizer.proof import Obstacle
 from optimizer.reduced import ReducedProblem, evaluate_signed, reduced_problem, seen_from
 from optimizer.screening import Candidate, screen
 
+FAR_OFF = 5.0
+"""m; no arm, no tool and no shift of a base makes up for more: something is in other units or another frame."""
 MOST_POSES = 16
 """Poses of a long task that are looked at one by one."""
 
@@ -40,13 +42,14 @@ def explain_reach(cell: Cell, arm: Arm, first: int = 0) -> tuple[Reason, ...]:
     alone = first + np.flatnonzero(np.max(short, axis=1) > 0.0)
     if len(alone):
         missing = float(np.max(short))
+        remedy = _remedy(missing, "enlarge the base region towards the task or choose a longer robot or tool")
         return (
             Reason(
                 arm.name,
                 "out_of_reach",
                 tuple(int(j) for j in alone),
                 f"{arm.name}: {_poses(alone)} out of reach from every allowed base, at least {missing:.3f} m are "
-                "missing; enlarge the base region towards the task or choose a longer robot or tool",
+                f"missing; {remedy}",
                 amount=missing,
                 unit="m",
             ),
@@ -56,16 +59,27 @@ def explain_reach(cell: Cell, arm: Arm, first: int = 0) -> tuple[Reason, ...]:
     axis = int(np.argmax(low - high))
     pair = (first + int(np.argmax(windows[:, axis, 0])), first + int(np.argmin(windows[:, axis, 1])))
     missing = float((low - high)[axis])
+    remedy = _remedy(missing, "shorten the path, enlarge the base region or choose a longer robot")
     return (
         Reason(
             arm.name,
             "out_of_reach",
             tuple(sorted(set(pair))),
             f"{arm.name}: no allowed base reaches poses {pair[0]} and {pair[1]} both: along {'xyz'[axis]} at least "
-            f"{missing:.3f} m are missing; shorten the path, enlarge the base region or choose a longer robot",
+            f"{missing:.3f} m are missing; {remedy}",
             amount=missing,
             unit="m",
         ),
+    )
+
+
+def _remedy(missing: float, usual: str) -> str:
+    """What helps where so many metres are missing."""
+    if missing <= FAR_OFF:
+        return usual
+    return (
+        "no robot is so long: see that every length is in metres, that the grasp is given in the frame of the object, "
+        "and that the base region lies by the task"
     )
 
 

@@ -33,4 +33,5 @@ async def own_layout(layout_id: str, request: Request, state: State) -> Job:
 
 def not_found(layout_id: str) -> Problem:
     """There is no such layout."""
-    return Problem("layout-not-found", f"There is no layout {layout_id[:80]!r}; old ones are forgotten. Ask again.")
+    detail = f"There is no layout {layout_id[:80]!r}; old ones are forgotten. Send its request again, or see the list."
+    return Problem("layout-not-found", detail)

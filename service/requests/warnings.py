@@ -9,15 +9,15 @@ from math import degrees, radians
 import numpy as np
 
 from models.arm import Arm as ModelArm
+from models.arrays import Floats
 from models.cell import Cell
 from optimizer.layout import Layout
 from service.issues import MOST_SHOWN, Issue
+from service.requests.body_warnings import FAR, body_warnings, region_warnings
 from service.schemas.arm import FLOOR_MOUNT
 from service.schemas.request import LayoutRequest
 from service.validation.range_limits import angles_of, lengths_of
 
-FAR = 20.0
-"""m; robots reach a fifth of it, cells are seldom larger."""
 WHOLE = 10.0
 """rad; a whole number beyond it is rather one of degrees."""
 FAR_GRASP = 2.0
@@ -34,7 +34,7 @@ def warnings_of(request: LayoutRequest, cell: Cell, layout: Layout) -> list[Issu
     Args:
         request: as accepted. cell: that it describes. layout: the answer.
     """
-    found = [*_lengths(request), *_angles(request)]
+    found = [*_lengths(request), *body_warnings(request), *_angles(request), *region_warnings(cell, layout)]
     for index, (asked, arm) in enumerate(zip(request.arms, cell.arms, strict=True)):
         found += _hand(f"/arms/{index}", asked.tool.position, asked.grasp.position)
         found += _flange(f"/arms/{index}", asked.flange, arm)
@@ -71,15 +71,21 @@ def _hand(pointer: str, tool: list[float], grasp: list[float]) -> Iterator[Issue
 
 
 def _flange(pointer: str, name: str | None, arm: ModelArm) -> Iterator[Issue]:
-    """Frames of the flange that tools do not expect."""
-    frame = arm.robot.flange_placement @ arm.robot.flange(name)
-    axis = frame[:3, :3].T @ arm.robot.joint_axes[-1]
-    if axis[2] < ALONG:
+    """Frames of the flange that tools do not expect: z does not point out of it.
+
+    Out is z of the usual frame where the catalogue has one; else the last axis, whose sense says nothing.
+    """
+    robot = arm.robot
+    axis: Floats = robot.flange()[:3, 2] if robot.flanges else robot.flange_placement[:3, :3].T @ robot.joint_axes[-1]
+    out = robot.flange(name)[:3, :3].T @ axis
+    if (out[2] if robot.flanges else abs(out[2])) < ALONG:
+        out = np.round(out, 3) + 0.0
+        what = "which points out of it" if robot.flanges else "about which the flange turns"
         detail = (
-            f"z of the flange frame of {arm.robot.name} does not point along the last axis, which is "
-            f"[{axis[0]:.3g}, {axis[1]:.3g}, {axis[2]:.3g}] there. A tool made for another robot is turned here."
+            f"z of the flange frame {name or robot.flange_names[0]} of {robot.name} does not lie along the axis "
+            f"{what}: that is [{out[0]:g}, {out[1]:g}, {out[2]:g}] there. A tool made for another robot is turned here."
         )
-        yield Issue(f"{pointer}/robot", detail)
+        yield Issue(f"{pointer}/robot" if name is None else f"{pointer}/flange", detail)
 
 
 def _pedestals(request: LayoutRequest, layout: Layout) -> Iterator[Issue]:

@@ -123,7 +123,10 @@ def _list(error: ErrorDetails) -> str:
 
 
 def _object(error: ErrorDetails) -> str:
-    return f"must be an object, not {_sent(error)}. Put its fields into braces."
+    advice = "Put its fields into braces."
+    if error["loc"] and error["loc"][-1] == "clearance":
+        advice = 'Name the classes of pairs, in metres: {"arm_obstacle": 0.03, "part_obstacle": 0.03}.'
+    return f"must be an object, not {_sent(error)}. {advice}"
 
 
 def _bound(words: str, key: str) -> Callable[[ErrorDetails], str]:

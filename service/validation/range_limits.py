@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import radians, tau
 
 from service.issues import InvalidRequest, Issue, pointer_of
 from service.schemas.arm import Arm, DhTable
@@ -69,8 +70,8 @@ def _wide(request: LayoutRequest, limits: Limits) -> Iterator[Issue]:
             if abs(value) > limits.max_angle:
                 yield Issue(
                     pointer if len(values) == 1 else f"{pointer}/{index}",
-                    f"{value:g} rad is more than any joint turns; allowed is {limits.max_angle:g} rad either way "
-                    "(DUOCELL_MAX_ANGLE). Angles are radians, not degrees.",
+                    f"{value:g} rad are {abs(value) / tau:.3g} turns; allowed is {limits.max_angle:g} rad either way "
+                    f"(DUOCELL_MAX_ANGLE). If degrees were meant: {value:g}° is {radians(value):.6g} rad.",
                     CODE,
                 )
 

@@ -215,3 +215,11 @@ def test_sentences_name_poses_so_that_a_person_can_find_them():
     poses[4, 1, 3] += 9.0
     _, (reason,) = why(replace(task.cell, task=Task(poses)))
     assert "pose 4 " in reason.detail
+
+
+@pytest.mark.parametrize(("x", "words"), [(4.0, "a longer robot"), (40.0, "every length is in metres")])
+def test_nobody_is_told_to_take_a_robot_that_is_metres_longer(x: float, words: str) -> None:
+    task = standing("ur5e")
+    (reason,) = why(with_arm(task, base=region((x, x + 1.0), (0.0, 1.0), (0.0, 0.1))))[1]
+    assert reason.kind == "out_of_reach"
+    assert words in reason.detail

@@ -17,6 +17,7 @@ from models.kept import KEPT
 from models.pose import inverse
 from models.surroundings import PairClass
 from optimizer.infeasibility.immediate.cause import Infeasibility, millimetres, rounded_down, surely_short
+from optimizer.meant_contact import if_meant
 from optimizer.path_samples import ObjectPath
 
 SHIFT, TURN = 5e-3, radians(1.0)
@@ -25,6 +26,8 @@ MOST = 400
 """... which lie farther apart where there would be more than so many."""
 NAMED = 3
 """Causes that are told."""
+TOUCHING = 5e-5
+"""m; what comes so near touches, in words."""
 
 
 def fixed_body_conflicts(cell: Cell, model: CollisionModel) -> tuple[Infeasibility, ...]:
@@ -102,8 +105,9 @@ def _groups(model: CollisionModel, pairs: Bools) -> list[Ints]:
 def _cause(contact: Contact, pair_class: PairClass, required: float, pose: int, fraction: float) -> Infeasibility:
     """In words."""
     gap = contact.distance
-    first = f"the part ({contact.first})" if contact.first_owner.part else contact.first
+    first = _called(contact.first, part=contact.first_owner.part)
     how = f"comes within {millimetres(gap)} of" if gap > 0.0 else f"penetrates {millimetres(-gap)} into"
+    how = how if abs(gap) >= TOUCHING else "touches"
     where = f"at pose {pose}" if fraction == 0.0 else f"between poses {pose} and {pose + 1}"
     possible = rounded_down(gap) if gap >= 0.0 else None
     less = "" if possible is None else f"ask for {millimetres(possible)} instead of {millimetres(required)}, or "
@@ -114,7 +118,7 @@ def _cause(contact: Contact, pair_class: PairClass, required: float, pose: int, 
     }.get(pair_class, f"move the grasps {away} apart, or change a tool")
     detail = (
         f"{first} {how} {contact.second} {where}, wherever the bases stand; {millimetres(required)} are asked for: "
-        f"{less}{movable}"
+        f"{less}{movable}{if_meant(pair_class)}"
     )
     arms = tuple(o.arm for o in (contact.first_owner, contact.second_owner) if o.arm is not None)
     return Infeasibility(
@@ -130,3 +134,10 @@ def _cause(contact: Contact, pair_class: PairClass, required: float, pose: int, 
         pointer=f"/clearance/{pair_class}",
         unit="m",
     )
+
+
+def _called(name: str, *, part: bool) -> str:
+    """A body in a sentence: a part of one shape has its own name twice over."""
+    if not part:
+        return name
+    return "the part" if name == "part" else f"the part ({name})"

@@ -16,6 +16,7 @@ from models.kept import KEPT
 from models.surroundings import Clearances, PairClass, Surroundings
 from optimizer.box import search_box
 from optimizer.layout import Reason
+from optimizer.meant_contact import if_meant
 from optimizer.path_samples import ObjectPath
 
 SHIFT, TURN = 5e-3, radians(1.0)
@@ -69,6 +70,7 @@ def _part_hits(cell: Cell) -> tuple[Reason, ...]:
     detail = (
         f"the part ({contact.first}) comes {contact.distance * 1e3:.1f} mm near {contact.second} after pose {step[k]}; "
         f"{required * 1e3:g} mm are asked for. No base can help: move the path or the obstacle"
+        f"{if_meant(PairClass.PART_OBSTACLE)}"
     )
     return (Reason("", "collision", (int(step[k]),), detail, None, lack, "m"),)
 

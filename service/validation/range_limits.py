@@ -71,7 +71,7 @@ def _wide(request: LayoutRequest, limits: Limits) -> Iterator[Issue]:
                 yield Issue(
                     pointer if len(values) == 1 else f"{pointer}/{index}",
                     f"{value:g} rad are {abs(value) / tau:.3g} turns; allowed is {limits.max_angle:g} rad either way "
-                    f"(DUOCELL_MAX_ANGLE). If degrees were meant: {value:g}° is {radians(value):.6g} rad.",
+                    f"(DUOCELL_MAX_ANGLE). Angles are radians: {value:g}° would be {radians(value):.6g}.",
                     CODE,
                 )
 

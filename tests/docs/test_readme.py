@@ -32,7 +32,7 @@ PAGES = [README, *(ROOT / "docs" / f"{name}.md" for name in ("request", "result"
 BLOCKS = [block for page in PAGES for block in blocks_of(page)]
 LINE = ROOT / "examples" / "line.json"
 
-COMMANDS = ("make", "curl", "docker", "echo", ".venv/bin/duocell", ".venv/bin/openapi-python-client")
+COMMANDS = ("make", "curl", "docker", "echo", ".venv/bin/duocell", 'PATH="$PWD/.venv/bin:$PATH"')
 UNSTABLE = {
     "id", "created_at", "started_at", "finished_at", "search", "version", "request_hash", "boxes", "wall_time", "gap",
 }  # fmt: skip

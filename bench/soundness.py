@@ -93,7 +93,7 @@ class Trial:
 def trial_of(scene: Scene, index: int, rng: np.random.Generator, count: int = BOXES) -> Trial | None:
     """Bound and test random boxes of one arm; None where it has no closed form or reaches nothing."""
     problem = reduced_problem(scene.cell, scene.cell.arms[index])
-    tree = None if problem is None else ArmTree(scene, index, problem)
+    tree = None if problem is None else ArmTree(scene, index, problem, known=True)
     boxes = None if tree is None else _boxes(tree, count, rng)
     if tree is None or boxes is None:
         return None
@@ -156,7 +156,7 @@ def pair_violations(scene: Scene, rng: np.random.Generator, count: int, samples:
 def _planted(scene: Scene, index: int, count: int, rng: np.random.Generator) -> ArmTree | None:
     """A tree whose nodes are random boxes within reach."""
     problem = reduced_problem(scene.cell, scene.cell.arms[index])
-    tree = None if problem is None else ArmTree(scene, index, problem)
+    tree = None if problem is None else ArmTree(scene, index, problem, known=True)
     boxes = None if tree is None else _boxes(tree, count, rng)
     if tree is None or boxes is None:
         return None

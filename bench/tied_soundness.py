@@ -45,7 +45,7 @@ def attempt(number: int, pairs: int = PAIRS) -> Record:
     if not cell.couplings or any(problem is None for problem in problems):
         return {}
     scene = Scene.of(cell)
-    trees = [ArmTree(scene, k, problem) for k, problem in enumerate(problems) if problem is not None]
+    trees = [ArmTree(scene, k, problem, known=True) for k, problem in enumerate(problems) if problem is not None]
     if any(tree.region.empty for tree in trees):
         return {}
     drawn = _drawn(trees, cell.couplings, rng, pairs)

@@ -9,13 +9,15 @@ from models.arrays import Floats
 from models.cell import Cell
 from models.chain import chain_of
 from models.closed_form import ClosedForm, closed_form
+from models.kept import KEPT
 from models.kinematics import reach
 from models.sampling import even_points
 
 LEVEL = 1e-4
 """Largest cosine between axes 1 and 2 that counts as nearly a right angle: only then is the arm's plane upright."""
-SLACK = 1e-6
-"""m, so that rounding never cuts off a base that just reaches."""
+SLACK = 5.0 * KEPT
+"""m, so that nothing cuts off a base that just reaches: it may be out of its region, and the hand off its pose and
+turned, by as much as counts as kept."""
 
 
 def reach_windows(cell: Cell, arm: Arm) -> Floats:

@@ -18,7 +18,7 @@ from optimizer.certificate.alone import AloneCheck
 from optimizer.certificate.bounds.box_bounds import PATH, SINGULAR, BoxBounder, BoxBounds
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.bounds.obstacles import Tally
-from optimizer.certificate.bounds.region import Region, reachable_region
+from optimizer.certificate.bounds.region import MARGIN, Region, reachable_region
 from optimizer.certificate.exclusion.causes import LIMITS, REACH, SINGULARITY
 from optimizer.certificate.exclusion.exclude import NO_LEVELS, Excluder
 from optimizer.certificate.nodes import Nodes
@@ -61,18 +61,20 @@ class ArmTree:
         boxes: bounded so far. tested: of these, for collisions. levels: for the tests, see `Excluder`.
     """
 
-    def __init__(self, scene: Scene, index: int, problem: ReducedProblem) -> None:
+    def __init__(self, scene: Scene, index: int, problem: ReducedProblem, known: bool = False) -> None:
         """Plant the tree: one box per posture.
 
         Args:
             scene: of the cell. index: of the arm. problem: its reduced problem on the full task.
+            known: a layout of the cell is, so that costs are of interest; else nothing that a check lets pass is
+                excluded: bases that are out of their region and hands that are off their poses by as little.
         """
         self.problem = problem
-        self.bounder = BoxBounder.of(problem)
+        self.bounder = BoxBounder.of(problem, checks=not known)
         kinematics = self.bounder.kinematics
         self.excluder = Excluder.of(scene, index, problem, kinematics, self.bounder.rules)
         self.check = AloneCheck.of(scene.cell, problem.arm)
-        self.region = reachable_region(kinematics.targets, problem.arm.base.bounds[:3])
+        self.region = reachable_region(kinematics.targets, problem.arm.base.bounds[:3] + (not known) * MARGIN)
         self.tally = Tally(problem, self.region)
         self.nodes = Nodes(_roots(self.region, problem))
         self.alone: AloneLayout | None = None
@@ -186,6 +188,8 @@ class ArmTree:
 
     def _try(self, places: Floats, postures: Ints) -> None:
         """Keep the best usable layout at some places (n, 3) in postures (n,), if it is better than what is known."""
+        sides = self.problem.arm.base.bounds[:3]
+        places = np.clip(places, sides[:, 0], sides[:, 1])
         paths = evaluate_signed(self.problem, places, np.array(ALL_SIGNS)[postures])
         objective = np.where(paths.violation[0] <= USABLE, paths.objective[0], np.inf)
         for k in np.argsort(objective, kind="stable")[:LOOKED_AT]:

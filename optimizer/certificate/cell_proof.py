@@ -123,7 +123,7 @@ class _Proof:
         self.began = time.perf_counter()
         self.scene, self.settings, self.report = scene, settings, report
         self.known = list(known)
-        self.trees = [ArmTree(scene, index, problem) for index, problem in enumerate(problems)]
+        self.trees = [ArmTree(scene, index, problem, bool(self.known)) for index, problem in enumerate(problems)]
         self.alone = np.zeros(len(problems))  # bounds of the arms by themselves
         self.tried = np.full(len(problems), np.inf)  # objectives of arms by themselves that are worth another look
         self.pairs: dict[tuple[int, int], PairTree] = {}

@@ -21,11 +21,12 @@ from collections.abc import Callable
 import numpy as np
 
 from models.arrays import Floats, Ints
+from models.kept import KEPT
 from models.posture import ALL_SIGNS
 from optimizer.certificate.bounds.box_bounds import BoxBounder, BoxBounds
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.bounds.obstacles import Tally
-from optimizer.certificate.bounds.region import reachable_region
+from optimizer.certificate.bounds.region import MARGIN, THIN, reachable_region
 from optimizer.certificate.exclusion.conditioning import poorly_conditioned
 from optimizer.events import Bounded
 from optimizer.proof import ArmProof, Incumbent
@@ -41,8 +42,9 @@ FIRST_BOXES = 100
 """Boxes per posture to begin with."""
 SMALLEST_FIRST = 0.05
 """Side of the boxes to begin with, relative to the reach: no smaller than this."""
-SMALLEST = 1e-8
-"""m; boxes with no longer half side are not cut any more, whatever their bound."""
+SMALLEST, FINEST_CHECKED = 1e-8, 1.01 * KEPT
+"""m; boxes with no longer half side are not cut any more, whatever their bound; and while what a check lets pass is not
+excluded, which widens every box by more than that."""
 ROWS = 12_000
 """Poses times boxes bounded at once: few enough to stay in the processor's cache."""
 FEWEST = 64
@@ -102,12 +104,13 @@ class BranchAndBound:
         self.found: Incumbent | None = None
         self.boxes = 0
         self.forgotten = np.inf  # smallest bound of the boxes that are not cut any more
-        self.bounder = BoxBounder.of(problem)
-        targets = self.bounder.kinematics.targets
-        region = reachable_region(targets, problem.arm.base.bounds[:3])
+        self.lenient = incumbent is None  # what a check lets pass is not impossible
+        self.bounder = BoxBounder.of(problem, checks=self.lenient)
+        sides = problem.arm.base.bounds[:3]
+        region = reachable_region(self.bounder.kinematics.targets, sides + self.lenient * MARGIN)
         self.tally = Tally(problem, region)
         extents = np.maximum(region.high - region.low, 0.0)
-        sizes = extents[extents > 0.0]
+        sizes = extents[extents > THIN]
         side = max((np.prod(sizes) / FIRST_BOXES) ** (1.0 / max(len(sizes), 1)), SMALLEST_FIRST * region.reach)
         self.fresh = Boxes.grid(region.low, region.high, side, problem.postures & (not region.empty))
         self.kept, self.bounds = self.fresh[:0], np.zeros(0)
@@ -124,6 +127,19 @@ class BranchAndBound:
         self.started = time.perf_counter()
         self.deadline = self.started + settings.time_limit
         self.settings, self.given, self.found = settings, incumbent, None
+
+    def _sharpen(self) -> None:
+        """Once something is known, costs from inside the region are of interest, not what just passes a check."""
+        if not self.lenient or self.objective is None:
+            return
+        sides = self.problem.arm.base.bounds[:3]
+        self.lenient, self.bounder = False, BoxBounder.of(self.problem)
+        tiny = np.max(self.kept.half, axis=1, initial=0.0) <= THIN  # for which the difference counts
+        again = Boxes.joined([self.fresh, self.kept[tiny]]), np.concatenate([self.inherited, self.bounds[tiny]])
+        self.fresh, left = again[0].within(sides)
+        self.inherited = again[1][left]
+        self.kept, left = self.kept[~tiny].within(sides)
+        self.bounds = self.bounds[~tiny][left]
 
     @property
     def open(self) -> bool:
@@ -164,6 +180,7 @@ class BranchAndBound:
 
     def round(self) -> None:
         """Bound some fresh boxes, look for a better incumbent among them, and choose whom to cut next."""
+        self._sharpen()
         most = int(min(max(ROWS // len(self.problem.positions), FEWEST), self.left))
         now, later = self.fresh[:most], self.fresh[most:]
         found = self.bounder.bounds(now, self.cutoff)
@@ -174,7 +191,9 @@ class BranchAndBound:
         self._improve(now, found)
         self.kept, self.bounds = Boxes.joined([self.kept, now]), np.concatenate([self.bounds, bounds])
         self.fresh, self.inherited = later, self.inherited[most:]
-        done = (self.bounds >= self.cutoff) | (np.max(self.kept.half, axis=1, initial=0.0) <= SMALLEST)
+        self._sharpen()
+        smallest = FINEST_CHECKED if self.lenient else SMALLEST
+        done = (self.bounds >= self.cutoff) | (np.max(self.kept.half, axis=1, initial=0.0) <= smallest)
         self.forgotten = min(self.forgotten, float(np.min(self.bounds[done], initial=np.inf)))
         self.kept, self.bounds = self.kept[~done], self.bounds[~done]
         if not len(self.fresh) and len(self.kept):
@@ -211,7 +230,8 @@ class BranchAndBound:
 
     def _evaluate(self, places: Floats, postures: Ints) -> None:
         """Keep the best of some places (n, 3) in postures (n,), if it is better than what was known."""
-        signs = np.array(ALL_SIGNS)[postures]
+        signs, sides = np.array(ALL_SIGNS)[postures], self.problem.arm.base.bounds[:3]
+        places = np.clip(places, sides[:, 0], sides[:, 1])
         paths = evaluate_signed(self.problem, places, signs)
         objective = np.where(paths.violation[0] <= USABLE, paths.objective[0], np.inf)
         known = np.inf if self.objective is None else self.objective

@@ -52,7 +52,8 @@ class Certificate(Strict):
         default=0.01,
         gt=0.0,
         le=1.0,
-        description="Stop once (objective - lower_bound) / objective is this small.",
+        description="Stop once (objective - lower_bound) / objective is this small. One of about 1e-6 may stay open "
+        "where a limit is active, because limits may be missed by as much.",
         examples=[0.01],
     )
     time_limit: float = Field(default=10.0, gt=0.0, description="Stop after this many seconds.", examples=[10.0])

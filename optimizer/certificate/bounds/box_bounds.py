@@ -78,14 +78,21 @@ class BoxBounder:
     probed: Ints
 
     @staticmethod
-    def of(problem: ReducedProblem) -> BoxBounder:
-        """Prepare what all boxes share."""
+    def of(problem: ReducedProblem, checks: bool = False) -> BoxBounder:
+        """Prepare what all boxes share.
+
+        Args:
+            problem: of the arm.
+            checks: leave room for hands that are off their poses by what a check lets pass; else for rounding alone.
+        """
         m = len(problem.positions)
         probe, probed = None, np.zeros(0, dtype=np.int64)
         if m > 3 * PROBES:
             probed = np.linspace(0, m - 1, PROBES).round().astype(np.int64)
-            probe = BoxBounder.of(problem.only(probed))
-        return BoxBounder(Rules.of(problem), Kinematics.of(Targets.of(problem)), probe, probed)
+            probe = BoxBounder.of(problem.only(probed), checks)
+        targets = Targets.of(problem)
+        kinematics = Kinematics.of_checks(targets) if checks else Kinematics.of(targets)
+        return BoxBounder(Rules.of(problem), kinematics, probe, probed)
 
     def bounds(self, boxes: Boxes, cutoff: float) -> BoxBounds:
         """Bound every box; no more work is spent on a box once its bound has reached ``cutoff``."""

@@ -55,6 +55,13 @@ class Boxes:
             np.concatenate([self.posture, self.posture]),
         )
 
+    def within(self, sides: Floats) -> tuple[Boxes, Bools]:
+        """What of the boxes is within sides (3, 2) m, and (N,) False for those of which nothing is."""
+        low = np.maximum(self.centre - self.half, sides[:, 0])
+        high = np.minimum(self.centre + self.half, sides[:, 1])
+        left: Bools = np.all(low <= high, axis=1)
+        return Boxes(0.5 * (low + high)[left], 0.5 * (high - low)[left], self.posture[left]), left
+
     @staticmethod
     def joined(parts: list[Boxes]) -> Boxes:
         """All boxes of several sets."""

@@ -7,8 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from models.arrays import Bools, Floats
-from optimizer.certificate.bounds.angles.joints import SLACK
+from models.kept import KEPT
 from optimizer.certificate.bounds.angles.targets import Targets
+
+SLACK = 5.0 * KEPT
+"""m, for rounding and what a check lets pass: a base so far out of its region, a hand as far off its pose."""
+MARGIN = np.array([-KEPT, KEPT])
+"""m, what is added to the sides of a base region where nothing that a check lets pass may be left out."""
+THIN = 1e-5
+"""m; no more than that is no side to be searched."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

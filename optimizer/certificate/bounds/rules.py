@@ -53,15 +53,15 @@ class Rules:
         """The rules of a reduced problem."""
         arm, yaw, sigma = problem.arm, problem.arm.base.yaw, problem.sigma
         limited = np.isfinite(arm.lower) & np.isfinite(arm.upper)
-        free = arm.base.yaw_free or yaw.width + 2.0 * SLACK >= TURN
-        start = min(-sigma * yaw.low, -sigma * yaw.high) - SLACK
+        free = arm.base.yaw_free or yaw.width + 2.0 * MISSED >= TURN
+        start = min(-sigma * yaw.low, -sigma * yaw.high) - MISSED
         return Rules(
             lower=np.where(limited, arm.lower - MISSED, -np.inf),
             upper=np.where(limited, arm.upper + MISSED, np.inf),
             reference=arm.reference,
             weights=arm.weights,
             max_step=problem.max_step + MISSED,
-            shifts=Shifts(start, yaw.width + 2.0 * SLACK, free),
+            shifts=Shifts(start, yaw.width + 2.0 * MISSED, free),
             jobs=problem.jobs,
             joined=joined(problem.starts, len(problem.positions)),
             counts=problem.weights,

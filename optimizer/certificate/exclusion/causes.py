@@ -8,8 +8,9 @@ from models.collision import CollisionModel
 from models.robot import Robot
 from models.surroundings import PairClass
 
-TOLERANCE = 2e-6
-"""m that a slack must lack to exclude: a usable layout may lack 1e-6, and distances are known to about as much."""
+TOLERANCE = 6e-6
+"""m that a slack must lack to exclude: a usable layout may lack 1e-6, distances are known to about as much, and two
+hands may be off their poses by 1e-6 m and rad each."""
 
 
 @dataclass(frozen=True, slots=True)

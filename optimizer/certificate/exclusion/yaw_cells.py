@@ -23,9 +23,8 @@ import numpy as np
 
 from models.arm import TURN
 from models.arrays import Bools, Floats
-from optimizer.certificate.bounds.angles.joints import SLACK
 from optimizer.certificate.bounds.ball import Ball
-from optimizer.certificate.bounds.rules import Rules
+from optimizer.certificate.bounds.rules import MISSED, Rules
 from optimizer.certificate.bounds.yaw import unwrapped
 
 CELLS = 24
@@ -115,7 +114,7 @@ def least_way(wanted: Floats, radius: Floats, intervals: list[tuple[Floats, Floa
     """(N,) rad; everywhere in a box some allowed shift is no farther than this from the best one of all; or inf."""
     least = np.full(len(wanted), np.inf)
     for low, high in intervals:
-        way = np.abs(wanted - _projected(wanted, low, high)) + 2.0 * radius + 4.0 * SLACK
+        way = np.abs(wanted - _projected(wanted, low, high)) + 2.0 * radius + 4.0 * MISSED
         least = np.minimum(least, np.where(low + 2.0 * radius <= high, way, np.inf))
     return least
 

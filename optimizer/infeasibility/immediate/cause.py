@@ -10,8 +10,9 @@ from models.kept import KEPT
 from models.surroundings import PairClass
 from optimizer.layout import Reason
 
-SURE = 2e-6
-"""m; what a proof needs beyond `KEPT`: errors of hands that still count as none, and of distances of Coal."""
+SURE = 3.8e-6
+"""m; what a proof needs beyond `KEPT`: two bases that are out of their regions by as much along a diagonal (2√3 of it),
+or errors of two hands that still count as none; and those of distances of Coal."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -73,7 +73,7 @@ def refined(problem: ReducedProblem, rng: np.random.Generator) -> float:
     return float(best.min())
 
 
-@pytest.mark.parametrize("missed", [9e-7, 1.1e-5])
+@pytest.mark.parametrize("missed", [9e-7, 1e-4])
 def test_what_misses_a_limit_by_so_little_that_it_counts_as_kept_is_not_proved_impossible(missed):
     place = np.array([0.45, 0.0, 0.0])
     paths = evaluate(line_problem(), place[None])
@@ -184,7 +184,7 @@ def test_fixed_coordinates_stay_fixed_and_a_fixed_base_costs_what_it_costs():
     assert along.objective == pytest.approx(best.objective, rel=2e-3)
     here = certify(problem_of("line", 0, x=x, y=y, z=z), None, CertificateSettings(1e-5, 30.0))
     assert here.proved
-    assert here.boxes == 8
+    assert here.boxes <= 16  # postures, and once more as soon as a path is known
     assert here.objective == pytest.approx(best.objective, rel=1e-9)
 
 

@@ -58,12 +58,13 @@ def enclose(kinematics: Kinematics, boxes: Boxes, angles: Angles) -> Enclosed:
     """Enclose the joint values over boxes along the mount's axes, given the enclosed angles."""
     dims = kinematics.targets.dims
     points = Boxes(boxes.centre, np.zeros_like(boxes.half), boxes.posture)
-    at_centre = kinematics.angles(points)
+    at_centre = kinematics.exact.angles(points)
     direct, exact = kinematics.joint_values(angles), kinematics.joint_values(at_centre).centre
     exact = exact + TURN * np.round((direct.centre - exact) / TURN)
     slopes = kinematics.slopes(boxes, angles)
     regular = kinematics.regular(slopes)
-    reach = np.einsum("iKNm,NK->iNm", kinematics.joint_slopes(slopes).size, boxes.half[:, :dims])
+    half = boxes.half[:, :dims] + kinematics.allowance.shift
+    reach = np.einsum("iKNm,NK->iNm", kinematics.joint_slopes(slopes).size, half) + kinematics.by_turn(angles, slopes)
     near, both = Ball(exact, reach), direct.meet(Ball(exact, reach))
     # Angles count modulo 2π: only intervals too short to meet again on the other side of the circle may be cut.
     apart = np.abs(exact - direct.centre) + reach + direct.radius < TURN
@@ -88,6 +89,8 @@ class Expansion:
 
 def expand(kinematics: Kinematics, found: Enclosed) -> Expansion:
     """Expand the joint values; only where they are regular does it mean something."""
-    half = found.boxes.half[:, : kinematics.targets.dims]
+    beside = kinematics.allowance.shift
+    half = found.boxes.half[:, : kinematics.targets.dims] + beside
     exact = kinematics.joint_slopes(kinematics.slopes(found.boxes, found.at_centre)).centre
-    return Expansion(exact, 0.5 * kinematics.bending(found.angles, found.slopes, half))
+    rest = 0.5 * kinematics.bending(found.angles, found.slopes, half) + beside * np.sum(np.abs(exact), axis=1)
+    return Expansion(exact, rest + kinematics.by_turn(found.angles, found.slopes))

@@ -32,6 +32,9 @@ from optimizer.certificate.bounds.angles.targets import Targets
 from optimizer.certificate.bounds.ball import Ball, bearing, cos_sin, distances, reciprocal
 from optimizer.certificate.bounds.boxes import Boxes
 
+SHORTEST = 1e-6
+"""m in front of axis 1; with less the shoulder counts as singular: acos (o / D) is off by 1e-16 D / f."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Front:
@@ -63,7 +66,7 @@ def front_values(targets: Targets, boxes: Boxes) -> Front:
     offset = offset * (1.0 / targets.level)
     near, far = distances(x, y)
     ends = _ratio(offset.low, near), _ratio(offset.low, far), _ratio(offset.high, near), _ratio(offset.high, far)
-    narrow = np.arccos(np.maximum(ends[2], ends[3]))
+    narrow = np.arccos(np.maximum(ends[2], ends[3]))  # as exact as the distances are, which the allowance covers
     wide = np.arccos(np.minimum(ends[0], ends[1]))
     start = np.arctan2(targets.across[1], targets.across[0])
     azimuth = (bearing(x, y) - start) * float(targets.sigma)
@@ -112,7 +115,7 @@ def front_slopes(targets: Targets, values: Front) -> FrontSlopes:
     """Enclose the derivatives of q1, f and the height."""
     sigma, dims = float(targets.sigma), targets.dims
     low, high = values.front.low, values.front.high
-    regular = (low > 1e-9) | (high < -1e-9)
+    regular = (low > SHORTEST) | (high < -SHORTEST)
     inverse = reciprocal(np.where(regular, low, 1.0), np.where(regular, high, 1.0))
     start = np.arctan2(targets.across[1], targets.across[0])
     cos, sin = cos_sin(values.first * sigma + start)
@@ -133,7 +136,7 @@ def front_slopes(targets: Targets, values: Front) -> FrontSlopes:
 def front_bending(targets: Targets, values: Front, first: Floats, front: Floats, half: Floats) -> tuple[Floats, Floats]:
     """Largest |d²q1| and |d²f| (N, m), given the largest |dq1| and |df|, for steps of at most ``half`` (N, K) m."""
     offset, farthest = values.offset.size, values.front.size
-    nearest = np.maximum(np.abs(values.front.centre) - values.front.radius, 1e-9)
+    nearest = np.maximum(np.abs(values.front.centre) - values.front.radius, SHORTEST)
     lean = abs(targets.lean) / targets.level * half[:, 2, None] if targets.dims == 3 else 0.0
     first_2 = first * (offset * first + 2.0 * front) / nearest
     return first_2, farthest * first**2 + offset * first_2 + 2.0 * lean * first

@@ -13,16 +13,19 @@ with (hx, hy) the hand at p = 0, and ``q4 = p - (q2 + q3)`` up to the senses of 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from models.arrays import Bools, Floats
+from optimizer.certificate.bounds.angles.allowance import NONE, Allowance
 from optimizer.certificate.bounds.angles.front import Front, FrontSlopes, front_bending, front_slopes, front_values
 from optimizer.certificate.bounds.angles.targets import Targets
 from optimizer.certificate.bounds.angles.triangle import (
+    FLAT,
     Triangle,
     TriangleSlopes,
+    sine_range,
     triangle_bending,
     triangle_slopes,
     triangle_values,
@@ -84,15 +87,29 @@ class AngleSlopes:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Kinematics:
-    """Enclosures of one arm's joints for one task."""
+    """Enclosures of one arm's joints for one task; ``allowance``: how far beside it hands may be."""
 
     targets: Targets
     wrist: Wrist
+    allowance: Allowance
 
     @staticmethod
     def of(targets: Targets) -> Kinematics:
-        """For the robot of the targets."""
-        return Kinematics(targets, Wrist.of(targets.form))
+        """For the robot of the targets, with room for rounding."""
+        return Kinematics(targets, Wrist.of(targets.form), Allowance.of_rounding(targets))
+
+    @staticmethod
+    def of_checks(targets: Targets) -> Kinematics:
+        """The same with room for all that a check lets pass: nothing of that may be called impossible.
+
+        Heights count as free: bases may stand as little above or below as beside their region.
+        """
+        return Kinematics(replace(targets, dims=3), Wrist.of(targets.form), Allowance.of_checks(targets))
+
+    @property
+    def exact(self) -> Kinematics:
+        """With no room at all: for values at points."""
+        return replace(self, allowance=NONE)
 
     @property
     def spherical(self) -> bool:
@@ -105,8 +122,9 @@ class Kinematics:
         return self.spherical and self.wrist.square
 
     def angles(self, boxes: Boxes) -> Angles:
-        """Enclose the angles over each box; exact up to rounding for boxes of size zero."""
+        """Enclose the angles over each box, for hands within the allowance of their poses."""
         form = self.targets.form
+        boxes = Boxes(boxes.centre, boxes.half + self.allowance.shift, boxes.posture)
         place = front_values(self.targets, boxes)
         bend = -boxes.sign(0) * boxes.sign(1)
         x, y = place.front - form.planar.shoulder[0], place.height - form.planar.shoulder[1]
@@ -128,15 +146,16 @@ class Kinematics:
         h1, n, a = targets.form.axes[0], targets.form.n, wrist.first[0]
         seen = _turned_level(targets.last_axis.T[:, None], -targets.sigma * first.centre)
         axis = np.broadcast_to(a[:, None, None], seen.shape)
-        move = swing(first.radius, np.sqrt(np.maximum(1.0 - (targets.last_axis @ h1) ** 2, 0.0)))
+        move = swing(first.radius, np.linalg.norm(np.cross(targets.last_axis, h1), axis=-1))
         moves = move, swing(first.radius, targets.level)
         if pitch is not None:
             seen, axis = _turned(seen, n, -pitch.centre), _turned(axis, n, pitch.centre)
             both = combined(first.radius, pitch.radius, targets.lean)
-            tilt = float(np.sqrt(max(1.0 - float(n @ a) ** 2, 0.0)))
+            tilt = float(np.linalg.norm(np.cross(n, a)))
             moves = np.minimum(both, move + pitch.radius), np.minimum(both, first.radius + swing(pitch.radius, tilt))
         across = np.einsum("jab,kb->kaj", targets.turned, wrist.last[1:])  # t6 and b6 in the world, (2, 3, m)
         fore = np.einsum("kaj,aNj->kNj", across, _turned_level(axis, targets.sigma * first.centre))
+        moves = moves[0] + self.allowance.turn, moves[1] + self.allowance.turn
         return wrist_values(wrist, np.tensordot(wrist.first, seen, 1), fore, moves, boxes.sign(2))
 
     def across_wrist(self, first: Floats, pitch: Floats) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
@@ -203,6 +222,22 @@ class Kinematics:
         fourth = slopes.wrist[0] if self.spherical else (slopes.wrist[0] - triangle.fore) * turns[3]
         second, third = triangle.upper * turns[1], (triangle.fore - triangle.upper) * turns[2]
         return stacked([slopes.place.first, second, third, fourth, *slopes.wrist[1:]])
+
+    def by_turn(self, angles: Angles, slopes: AngleSlopes) -> Floats:
+        """(6, N, m) rad that hands turned as far as allowed change joint values at most, where these are regular.
+
+        Of a turn by a unit vector τ and κ are 1 at most (`wrist`); the wrist point's way is in the allowance's shift.
+        """
+        wrist, planar, csc = self.wrist, self.targets.form.planar, slopes.rates.csc.size
+        oblique = abs(wrist.c6) / wrist.s6 + abs(wrist.c4) / wrist.s4
+        first = (slopes.rates.cot.size + abs(wrist.c4)) / wrist.s4 + 1.0
+        last = [1.0 / wrist.s4 + oblique * csc, csc / wrist.s6]
+        none = np.zeros_like(csc)
+        if self.spherical:
+            return self.allowance.turn * np.stack([none, none, none, first, *last])
+        moved = float(np.hypot(*planar.hand)) * first / np.maximum(sine_range(angles.triangle.elbow)[0], FLAT)
+        upper, fore = moved / planar.upper, moved / planar.fore
+        return self.allowance.turn * np.stack([none, upper, upper + fore, first + fore, *last])
 
     def regular(self, slopes: AngleSlopes) -> Bools:
         """(6, N, m) True where the slopes of a joint mean something."""

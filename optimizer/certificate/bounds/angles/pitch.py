@@ -29,6 +29,7 @@ import numpy as np
 
 from models.arm import TURN
 from models.arrays import Bools, Floats, Ints
+from optimizer.certificate.bounds.angles.allowance import SINE
 from optimizer.certificate.bounds.angles.joints import SLACK, Angles, Kinematics
 from optimizer.certificate.bounds.angles.triangle import triangle_values
 from optimizer.certificate.bounds.angles.wrist import swing
@@ -124,9 +125,9 @@ def pitch_sum(kinematics: Kinematics, first: Ball, pairs: tuple[Ints, Ints]) -> 
     sense = np.where(sum_ >= difference, 1.0, -1.0)
     centre = np.where(sense > 0.0, np.arctan2(m21 - m12, m11 + m22), np.arctan2(-(m21 + m12), m22 - m11))
     length = np.sqrt(0.5 * np.maximum(sum_, difference))
-    turned = np.sin(0.5 * np.minimum(first.radius[box, pose], np.pi))
+    turned = np.sin(0.5 * np.minimum(first.radius[box, pose] + kinematics.allowance.turn, np.pi))
     loose = 8.0 * (abs(kinematics.wrist.c4) + abs(kinematics.wrist.c6)) + SLACK
-    radius = np.where(turned < length, 2.0 * np.arcsin(np.minimum(turned / length, 1.0)) + loose, ANYTHING)
+    radius = np.where(turned < length, 2.0 * np.arcsin(np.minimum(turned / length * SINE, 1.0)) + loose, ANYTHING)
     return Ball(centre[:, None], radius[:, None]), sense[:, None]
 
 
@@ -142,8 +143,9 @@ def _two_values(
     # axis 6 seen from the link after joint 1: n·Rot(h1, -q1) z6 = Rot(h1, q1) n · z6
     cos, sin = np.cos(targets.sigma * turn), np.sin(targets.sigma * turn)
     level = np.array([n[0] * cos - n[1] * sin, n[0] * sin + n[1] * cos, np.broadcast_to(n[2], cos.shape)])
-    theta = np.arccos(np.clip(np.einsum("kQ,Qk->Q", level, targets.last_axis[pose]), -1.0, 1.0))
-    move = swing(radius, np.sqrt(np.maximum(1.0 - rise**2, 0.0))) + SLACK
+    level, last = level.T, targets.last_axis[pose]
+    theta = np.arctan2(np.linalg.norm(np.cross(level, last), axis=1), np.sum(level * last, axis=1))
+    move = swing(radius, np.linalg.norm(np.cross(last, h1), axis=1)) + SLACK + kinematics.allowance.turn
     keep = smallest - SQUARE
     low, high = np.maximum(theta - move, keep), np.minimum(theta + move, np.pi - keep)
     dead = low > high
@@ -151,7 +153,7 @@ def _two_values(
     least = np.minimum(np.sin(low), np.sin(high))
     most = np.where((low < 0.5 * np.pi) & (high > 0.5 * np.pi), 1.0, np.maximum(np.sin(low), np.sin(high)))
     ends = rise / least, rise / most
-    loose = (abs(targets.lean) + ROUNDING) / least
+    loose = (abs(targets.lean) + ROUNDING + kinematics.allowance.turn) / least
     narrow = np.arccos(np.clip(np.maximum(*ends) + loose, -1.0, 1.0))
     wide = np.arccos(np.clip(np.minimum(*ends) - loose, -1.0, 1.0))
     spread, half = 0.5 * (narrow + wide), 0.5 * (wide - narrow)

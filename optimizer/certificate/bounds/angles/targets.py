@@ -68,7 +68,7 @@ class Targets:
     @property
     def level(self) -> float:
         """Length of the level part of n."""
-        return float(np.sqrt(1.0 - self.lean**2))
+        return float(np.linalg.norm(np.cross(self.form.n, self.form.axes[0])))
 
     @property
     def across(self) -> Floats:

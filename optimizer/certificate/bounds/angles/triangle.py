@@ -11,7 +11,8 @@ where inner and outer are the triangle's angles at its two ends, ``cos ε = (ρ�
 
 *Values.* ρ ranges between the distances of the rectangle's nearest and farthest point, cut to [|a - b|, a + b]; β is
 bounded by the corners. ε falls with ρ. ``cos inner`` has its minimum at ρ² = a² - b² (where ``sin inner = b/a``) if
-a > b and grows with ρ else; outer likewise with a and b exchanged.
+a > b and grows with ρ else; outer likewise with a and b exchanged. The arc cosines are as exact as ρ is: what rounding
+does to it is in the rectangle (`allowance`).
 
 *Slopes.* From (X, Y) = a (sin A, cos A) + b (sin B, cos B), a linear 2x2 system with determinant ab sin(A - B):
 
@@ -78,8 +79,8 @@ def _end_angle(own: float, other: float, near: Floats, far: Floats) -> Ball:
     ends = [np.arccos(np.clip((r * r + own * own - other * other) / (2.0 * own * r), -1.0, 1.0)) for r in (near, far)]
     low, high = np.minimum(*ends), np.maximum(*ends)
     if own > other:
-        widest = np.sqrt(own * own - other * other)
-        high = np.where((near < widest) & (widest < far), np.arcsin(other / own), high)
+        widest = np.sqrt((own - other) * (own + other))
+        high = np.where((near < widest) & (widest < far), np.arctan2(other, widest), high)
     return Ball.between(low, high)
 
 
@@ -97,7 +98,7 @@ class TriangleSlopes:
 
 def triangle_slopes(planar: Planar, values: Triangle, dx: Ball, dy: Ball | Floats) -> TriangleSlopes:
     """Enclose dA and dB, given dX and dY (K, N, m)."""
-    least, most = _sine_range(values.elbow)
+    least, most = sine_range(values.elbow)
     regular = least > FLAT
     inverse = reciprocal(np.where(regular, least, 1.0), np.where(regular, most, 1.0)) * values.bend
     cos_a, sin_a = cos_sin(values.upper)
@@ -113,7 +114,7 @@ def triangle_bending(
     planar: Planar, values: Triangle, upper: Floats, fore: Floats, dx: Floats, dy: Floats
 ) -> tuple[Floats, Floats]:
     """Largest |d²A| and |d²B| (N, m), given the largest |dA|, |dB|, |d²X| and |d²Y|."""
-    least = np.maximum(_sine_range(values.elbow)[0], FLAT)
+    least = np.maximum(sine_range(values.elbow)[0], FLAT)
     straight = np.maximum(np.abs(np.cos(values.elbow.low)), np.abs(np.cos(values.elbow.high)))
     cos_a, sin_a = cos_sin(values.upper)
     cos_b, sin_b = cos_sin(values.fore)
@@ -123,7 +124,7 @@ def triangle_bending(
     return upper_2, fore_2
 
 
-def _sine_range(angle: Ball) -> tuple[Floats, Floats]:
+def sine_range(angle: Ball) -> tuple[Floats, Floats]:
     """Smallest and largest sine of an angle in [0, π]."""
     low, high = angle.low, angle.high
     ends = np.sin(low), np.sin(high)

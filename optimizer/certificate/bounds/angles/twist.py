@@ -25,6 +25,7 @@ import numpy as np
 
 from models.arm import TURN
 from models.arrays import Floats
+from optimizer.certificate.bounds.angles.allowance import SINE
 from optimizer.certificate.bounds.angles.joints import SLACK, Angles, Kinematics
 from optimizer.certificate.bounds.angles.wrist import combined
 from optimizer.certificate.bounds.ball import ANYTHING, Ball
@@ -55,8 +56,9 @@ def twist_of(kinematics: Kinematics, angles: Angles) -> Twist:
     sense = np.where(sum_ >= difference, 1.0, -1.0)
     centre = np.where(sense > 0.0, np.arctan2(m21 - m12, m11 + m22), np.arctan2(-(m21 + m12), m22 - m11))
     length = np.sqrt(0.5 * np.maximum(sum_, difference))
-    turned = np.sin(0.5 * combined(first.radius, pitch.radius, kinematics.targets.lean))
-    radius = 2.0 * np.arcsin(np.minimum(turned / length, 1.0))
+    moved = combined(first.radius, pitch.radius, kinematics.targets.lean) + kinematics.allowance.turn
+    turned = np.sin(0.5 * np.minimum(moved, np.pi))
+    radius = 2.0 * np.arcsin(np.minimum(turned / length * SINE, 1.0))
     return Twist(Ball(centre, np.where(turned < length, radius + SLACK, ANYTHING)), sense)
 
 

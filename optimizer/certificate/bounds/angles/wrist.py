@@ -42,10 +42,11 @@ import numpy as np
 
 from models.arrays import Bools, Floats
 from models.closed_form import ClosedForm
+from optimizer.certificate.bounds.angles.allowance import SINE
 from optimizer.certificate.bounds.ball import ANYTHING, Ball, bearing, cos_sin, reciprocal
 
-POLE = 1e-6
-"""rad; directions nearer than this to the axis they turn about count as on it."""
+POLE = 1e-5
+"""rad; directions nearer than this to the axis they turn about count as on it: azimuths are off by 1e-15 over it."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -80,6 +81,12 @@ class Wrist:
         return Wrist(first, last, c4, float(np.sqrt(1 - c4 * c4)), c6, float(np.sqrt(1 - c6 * c6)), zero, sense)
 
     @property
+    def cone(self) -> tuple[float, float]:
+        """rad, the smallest angle between a and axis 6; the sum of their angles with axis 5, or what it lacks of 2π."""
+        one, other = np.arctan2(self.s4, self.c4), np.arctan2(self.s6, self.c6)
+        return float(abs(one - other)), float(one + other)
+
+    @property
     def square(self) -> bool:
         """True if neighbouring axes are perpendicular (to rounding), as in every common wrist."""
         return max(abs(self.c4), abs(self.c6)) < 1e-12
@@ -94,7 +101,7 @@ def _triple(axis: Floats, h5: Floats) -> Floats:
 
 def swing(turn: Floats, tilt: Floats | float) -> Floats:
     """Angle by which a turn of at most ``turn`` rad moves a direction at angle ``asin(tilt)`` from its axis."""
-    moved: Floats = 2.0 * np.arcsin(np.minimum(np.sin(0.5 * np.minimum(turn, np.pi)) * tilt, 1.0))
+    moved: Floats = 2.0 * np.arcsin(np.minimum(np.sin(0.5 * np.minimum(turn, np.pi)) * tilt * SINE, 1.0))
     return moved
 
 
@@ -126,14 +133,15 @@ def wrist_values(
     theta = np.arctan2(np.hypot(seen[1], seen[2]), seen[0])  # as near to straight as anywhere, which arccos is not
     low, high = (np.clip(theta + k * np.minimum(*moves), 0.0, np.pi) for k in (-1.0, 1.0))
     bend = Ball.between(_bend(wrist, low), _bend(wrist, high))
-    narrowest, widest = (float(np.arccos(wrist.c4 * wrist.c6 + k * wrist.s4 * wrist.s6)) for k in (1.0, -1.0))
-    lacking = np.maximum(np.maximum(narrowest - high, low - widest), 0.0)
+    narrowest, widest = wrist.cone
+    lacking = np.maximum(np.maximum(narrowest - high, low - min(widest, 2.0 * np.pi - widest)), 0.0)
     sense = wrist.sense * sign
     room, tilt = np.minimum(theta, np.pi - theta), np.sin(theta)
     azimuths = []
     for (along, beside), move in zip((seen[1:], fore), moves, strict=True):
         loose = (move >= room) | (tilt < POLE)
-        spread = np.arcsin(np.minimum(np.sin(np.minimum(move, 0.5 * np.pi)) / np.where(loose, 1.0, tilt), 1.0))
+        sine = np.sin(np.minimum(move, 0.5 * np.pi)) / np.where(loose, 1.0, tilt)
+        spread = np.arcsin(np.minimum(sine * SINE, 1.0))
         azimuths.append(Ball(np.arctan2(beside, along), np.where(loose, ANYTHING, spread)))
     own = _own_azimuths(wrist, bend * sense, sense)
     return azimuths[0] - own[0], bend * sense + wrist.zero, own[1] - azimuths[1], lacking
@@ -143,8 +151,11 @@ def _bend(wrist: Wrist, theta: Floats) -> Floats:
     """|q̂| from the angle between a and axis 6; grows with it."""
     if wrist.square:
         return theta
-    cosine = (np.cos(theta) - wrist.c4 * wrist.c6) / (wrist.s4 * wrist.s6)
-    return np.arccos(np.clip(cosine, -1.0, 1.0))
+    narrowest, widest = wrist.cone  # cos² and sin² of |q̂|/2, times s4 s6: near 0 and π a cosine would not tell
+    square = np.sin(0.5 * (theta + narrowest)) * np.sin(0.5 * (theta - narrowest))
+    other = np.sin(0.5 * (widest + theta)) * np.sin(0.5 * (widest - theta))
+    bend: Floats = 2.0 * np.arctan2(np.sqrt(np.maximum(square, 0.0)), np.sqrt(np.maximum(other, 0.0)))
+    return bend
 
 
 def _own_azimuths(wrist: Wrist, turn: Ball, sense: Floats) -> tuple[Ball, Ball]:

@@ -39,7 +39,13 @@ from optimizer.stretches import LIMITS as EXACT
 from optimizer.stretches import SAFETY, Resolution
 
 LIMITS = 1e-6
-"""rad that a joint may stick out of its limits between two poses: rounding of followed paths."""
+"""rad; a smaller excess over a limit between two poses is rounding of followed paths."""
+OVERSHOOT = np.radians(1.0)
+"""rad that a joint may stick out of its limits between two poses without making the layout unusable.
+
+The poses are asked for, the straight way between them is not: a part that leaves it by some millimetres, or one more
+pose, undoes so little. What is more than rounding is told with the layout.
+"""
 FAR = 0.5
 """rad; a joint that may travel more on a stretch is looked at more closely."""
 LEVELS = 20
@@ -56,13 +62,18 @@ class Way:
 
     Attributes:
         breaks: empty if the arm follows the object between all poses.
-        beyond: the largest excess of each joint over its limits between the poses, for joints that have one.
+        excesses: the largest excess of each joint over its limits between the poses, for joints that have one.
         samples: configurations looked at.
     """
 
     breaks: tuple[Break, ...]
-    beyond: tuple[LimitExcess, ...]
+    excesses: tuple[LimitExcess, ...]
     samples: int
+
+    @property
+    def beyond(self) -> tuple[LimitExcess, ...]:
+        """The excesses that count: those of more than `OVERSHOOT`."""
+        return tuple(one for one in self.excesses if one.amount > OVERSHOOT)
 
     @property
     def free(self) -> bool:

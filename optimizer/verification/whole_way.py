@@ -35,7 +35,7 @@ def check_whole_way(cell: Cell, model: CollisionModel | None, points: Sequence[A
     found = check_clearance(cell, model, cell.surroundings.clearances, bases, [point.joints for point in points])
     known = {(one.arm, one.pose) for one in found.breaks}
     more = tuple(one for place, one in breaks.items() if place not in known)
-    worst = max([found.worst_limit, *beyond], key=lambda one: one.amount)
+    worst = max([nearest, *beyond], key=lambda one: one.amount)  # `OVERSHOOT` is not known to the walk
     return PathClearance(found.classes, (*found.breaks, *more), worst, found.limits_certain and not more, found.samples)
 
 

@@ -11,7 +11,12 @@ import numpy as np
 from models.arm import Arm as ModelArm
 from models.arrays import Floats
 from models.cell import Cell
+from models.closed_form import closed_form
 from optimizer.layout import Layout
+from optimizer.measure import path_signs
+from optimizer.program import ArmPoint
+from optimizer.verification.way import follow_way
+from optimizer.verification.words import between
 from service.issues import MOST_SHOWN, Issue
 from service.requests.body_warnings import FAR, body_warnings, region_warnings
 from service.schemas.arm import FLOOR_MOUNT
@@ -38,6 +43,7 @@ def warnings_of(request: LayoutRequest, cell: Cell, layout: Layout) -> list[Issu
     for index, (asked, arm) in enumerate(zip(request.arms, cell.arms, strict=True)):
         found += _hand(f"/arms/{index}", asked.tool.position, asked.grasp.position)
         found += _flange(f"/arms/{index}", asked.flange, arm)
+        found += _overshoots(f"/arms/{index}/limits", cell, arm, layout)
     return [*found, *_pedestals(request, layout), *_same_place(request, layout)][:MOST_SHOWN]
 
 
@@ -68,6 +74,21 @@ def _hand(pointer: str, tool: list[float], grasp: list[float]) -> Iterator[Issue
     if far > FAR_GRASP:
         detail = f"The TCP is {far:.3g} m away from the origin of the object. Is it given in the object frame?"
         yield Issue(f"{pointer}/grasp/position", detail)
+
+
+def _overshoots(pointer: str, cell: Cell, arm: ModelArm, layout: Layout) -> Iterator[Issue]:
+    """Joints that pass their limits by less than what makes a layout unusable, between poses that keep them."""
+    whole = len(cell.task)
+    placed = [p for p in layout.placements if p.arm == arm.name and layout.usable and len(p.joints) == whole]
+    for one in placed:
+        form = closed_form(arm.robot)
+        signs = None if form is None else path_signs(form, one.joints)
+        for excess in follow_way(cell, arm, ArmPoint(one.position, one.yaw, one.joints, signs)).excesses:
+            detail = (
+                f"{excess.joint} passes its limit by {degrees(excess.amount):.2f}° "
+                f"{between(excess.pose, excess.fraction)}, where the part goes straight. Add a pose there if it has to."
+            )
+            yield Issue(pointer, detail)
 
 
 def _flange(pointer: str, name: str | None, arm: ModelArm) -> Iterator[Issue]:

@@ -69,8 +69,8 @@ def test_breaks_are_those_of_a_dense_continuation(name):
             arrives, beyond = dense(task, point, count=1500)
         found.append((not way.breaks, arrives))
         if arrives and not way.breaks:
-            assert bool(way.beyond) or beyond <= 1e-4
-            assert max((one.amount for one in way.beyond), default=0.0) <= max(beyond, 0.0) + 1e-4
+            assert bool(way.excesses) or beyond <= 1e-4
+            assert max((one.amount for one in way.excesses), default=0.0) <= max(beyond, 0.0) + 1e-4
     assert [ours for ours, _ in found] == [theirs for _, theirs in found]
     assert 1 <= sum(arrives for _, arrives in found) <= 7
 
@@ -180,3 +180,24 @@ def test_a_way_may_begin_and_end_at_a_singularity_but_not_go_through_one():
     assert (found.pose, found.fraction) == (1, 0.0)
     alone = replace(cell, task=Task(cell.task.poses, starts=(0, 1, 2)))
     assert follow_way(alone, arm, point).free
+
+
+def test_a_small_overshoot_between_poses_is_told_and_does_not_count():
+    """Limits lie where the poses end: ways that bend beyond them do so by little or by much."""
+    seen = set()
+    for seed in range(40):
+        task, point = given("puma560", seed, step=0.6)
+        ends = np.max(point.joints, axis=0)
+        for joint in range(6):
+            free = np.full(6, 20.0)
+            free[joint] = ends[joint]
+            arm = replace(task.arm, lower=-np.full(6, 20.0), upper=free)
+            way = follow_way(task.cell, arm, point)
+            if way.breaks or not way.excesses:
+                continue
+            (one,) = way.excesses
+            counts = one.amount > np.radians(1.0)
+            assert bool(way.beyond) == counts
+            assert way.free == (not counts)
+            seen.add(counts)
+    assert seen == {True, False}

@@ -52,7 +52,7 @@ class Certificate(Strict):
         default=0.01,
         gt=0.0,
         le=1.0,
-        description="Stop once (objective - lower_bound) / objective is this small. One of about 1e-6 may stay open "
+        description="Stop once (objective - lower_bound) / objective is this small. One below 1e-5 may stay open "
         "where a limit is active, because limits may be missed by as much.",
         examples=[0.01],
     )

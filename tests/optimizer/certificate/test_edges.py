@@ -22,11 +22,12 @@ from optimizer.certificate.certify import certify
 from optimizer.coupled.scene import Scene
 from optimizer.infeasibility.immediate.immediate import immediate_infeasibility
 from optimizer.program import ArmPoint
-from optimizer.reduced import ReducedProblem, evaluate, reduced_problem
+from optimizer.reduced import ReducedProblem, evaluate, evaluate_signed, reduced_problem
 from optimizer.settings import CertificateSettings
 from tests.support.arms import make_arm, oblique_wrist, region
 from tests.support.blocked import far_box, one_arm
 from tests.support.tasks import way_of_joints
+from tests.support.thesis import CELLS
 
 KEPT, FAR = 5e-7, 1e-4
 """Of what is asked for: it counts as kept, and it does not."""
@@ -81,6 +82,20 @@ def test_limits(name: str, missed: float) -> None:
     for seed in SEEDS:
         problem, joints = stand(name, seed, poses=4)
         assert impossible(narrowed(problem, joints, seed, missed)) == (missed == FAR)
+
+
+@pytest.mark.parametrize(("name", "gap"), [("line", 1e-3), ("line", 1e-4), ("arc", 1e-4)])
+def test_gaps_close_where_a_limit_is_active(name: str, gap: float) -> None:
+    arm = CELLS[name].arms[0]
+    problem = reduced_problem(CELLS[name], arm)
+    assert problem is not None
+    found = certify(problem, None, CertificateSettings(1e-3, 60.0)).found
+    assert found is not None
+    joints = evaluate_signed(problem, found.position[None], np.array([found.signs])).joints[:, 0, 0]
+    upper = np.where(np.arange(6) == 2, np.max(joints[2]) - 0.05, arm.upper)
+    proof = certify(changed(problem, upper=upper), None, CertificateSettings(gap, 60.0, 6000))
+    assert proof.proved
+    assert not proof.infeasible
 
 
 @MISSED

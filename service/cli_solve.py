@@ -50,11 +50,11 @@ def show(resource: dict[str, Any], output: str | None) -> None:
     from service.cli_tables import print_layout
 
     text = json.dumps(resource, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    if output not in (None, "-"):  # before anything is printed: who reads that may have left
+        Path(str(output)).write_text(text, encoding="utf-8")
     print_layout(resource, sys.stderr if output == "-" else sys.stdout)
     if output == "-":
         sys.stdout.write(text)
-    elif output is not None:
-        Path(output).write_text(text, encoding="utf-8")
 
 
 class Failed(Exception):

@@ -31,6 +31,8 @@ def print_layout(resource: dict[str, Any], file: IO[str]) -> None:
     print_findings(console, result)
     for reason in result["reasons"]:
         console.print(f"  {reason['detail']}", markup=False)
+    for slip in result.get("warnings") or ():  # results of older versions have none
+        console.print(f"warning: {slip['pointer']}: {slip['detail']}", markup=False)
     console.print(_evidence(result), markup=False)
 
 

@@ -23,7 +23,7 @@ from service.user_robot import UserRobot
 
 _FIELDS = ("/base_link", "/tip")
 
-ESTIMATE = 'Or let the shape of such links be estimated: missing_meshes "estimate".'
+ESTIMATE = 'Or let the shape of such links be estimated: missing_meshes "estimate" (--missing-meshes estimate).'
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from models.arm import Arm
 from models.cell import Cell
+from models.surroundings import PairClass
 from optimizer.certificate.cell_proof import ArmPart, CellProof
 from optimizer.certificate.exclusion.causes import Cause
 from optimizer.certificate.leaves import excluded_shares
 from optimizer.certificate.pairs.pair_tree import PairTree
 from optimizer.layout import Reason
+from optimizer.meant_contact import if_meant
 from optimizer.reasons import explain_proof
 
 MOST = 3
@@ -45,6 +47,7 @@ def reasons_of_arm(cell: Cell, arm: Arm, part: ArmPart) -> tuple[Reason, ...]:
         detail = (
             f"{arm.name}: proved impossible from every allowed base in any one posture; {_what(cause, joint)} in "
             f"{100.0 * share:.0f} % of all places and postures"
+            f"{if_meant(PairClass.ARM_PART) if cause.kind == 'part' else ''}"
         )
         reasons.append(Reason(arm.name, KINDS.get(cause.kind, "collision"), (), detail, joint))
     return tuple(reasons)

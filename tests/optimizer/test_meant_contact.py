@@ -53,3 +53,12 @@ def test_an_evaluation_tells_it_too():
     fixed = region(*placed.position, placed.yaw)
     given = evaluate_layout(replace(cell, arms=(replace(cell.arms[0], base=fixed),)))
     assert any("clearance.part_obstacle to null" in reason.detail for reason in given.reasons)
+
+
+def test_a_part_that_no_arm_holds_without_reaching_into_it_is_told_which_setting_helps():
+    tall = Part((Body("part", np.eye(4), Box(np.array([0.3, 0.2, 0.9]))),))
+    arm = make_arm("ur10e", "arm", base=region((-1, 1), (-1, 1), (0, 0)))
+    cell = Cell(LIFT, (arm,), surroundings=Surroundings((), tall, None, Clearances(arm_part=0.0)))
+    found = optimize(cell)
+    assert not found.usable
+    assert any("part.grasp_zone" in reason.detail for reason in found.reasons)

@@ -17,7 +17,7 @@ import pytest
 from models.geometry.decomposition import Decomposition, decompose
 from models.meshes import Mesh
 from service.cli import main
-from service.cli_solve import exit_code
+from service.cli_solve import exit_code, show
 from service.library import Library
 from service.robot_intake import RobotFiles, robot_from_files
 from service.settings import Limits
@@ -210,7 +210,24 @@ def test_infeasible_is_3_with_reasons(tmp_path: Path, small: Document, capsys: p
     assert main(["solve", write(tmp_path, small), "-o", str(output)]) == 3
     reasons = json.loads(output.read_text())["result"]["reasons"]
     assert reasons
-    assert reasons[0]["detail"].split()[0] in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert reasons[0]["detail"].split()[0] in printed
+    assert "warning: /arms/0/base/x: 30 m is far for a cell." in printed
+
+
+def test_the_answer_is_written_also_where_nobody_reads_what_is_printed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As of `duocell solve ... -o answer.json | head -3`."""
+
+    def gone(*_: object) -> None:
+        raise BrokenPipeError
+
+    monkeypatch.setattr("service.cli_tables.print_layout", gone)
+    output = tmp_path / "result.json"
+    with pytest.raises(BrokenPipeError):
+        show({"status": "succeeded"}, str(output))
+    assert json.loads(output.read_text()) == {"status": "succeeded"}
 
 
 def test_a_robot_from_a_urdf_file(tmp_path: Path, small: Document) -> None:

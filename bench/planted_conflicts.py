@@ -119,15 +119,16 @@ def _with_arm(cell: Cell, arm: Arm) -> Cell:
 
 
 def needed(made: Planted, remedy: Remedy) -> float | None:
-    """The smallest amount for which the known layout is clean; None where it is for none."""
+    """The smallest amount for which the known layout is clean, be it more than may be told; None where none is."""
 
     def works(amount: float) -> bool:
         cell = remedy.change(amount)
         return clean(Scene.of(cell), made.known)
 
-    low, high = 0.0, remedy.most
-    if not works(high):
+    high = next((times * remedy.most for times in (1.0, 2.0, 4.0) if works(times * remedy.most)), None)
+    if high is None:
         return None
+    low = 0.0
     for _ in range(HALVINGS):
         low, high = (low, 0.5 * (low + high)) if works(0.5 * (low + high)) else (0.5 * (low + high), high)
     return high

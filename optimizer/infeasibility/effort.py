@@ -20,7 +20,7 @@ REFINEMENT, SAMPLES = 0.25, 0.5
 HEIGHTS = 4.0
 """Times as much where heights are free: twice the samples, fewer of which are refused at once."""
 POSES = 13
-SLOWEST = 2.0
+SLOWEST = 1.7
 TOO_LONG = 1.25
 """Times as much of the processor's time as is counted may be used: by a part of an effort, and by all of it."""
 

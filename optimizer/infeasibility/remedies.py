@@ -19,8 +19,10 @@ from optimizer.infeasibility.immediate.immediate import immediate_infeasibility
 from optimizer.infeasibility.proved_conflict import Conflict
 from optimizer.infeasibility.requirements import Kind
 from optimizer.infeasibility.resolve import resolved
+from optimizer.infeasibility.sampled import least_layouts
 from optimizer.infeasibility.searched.trial import Found, clean
 from optimizer.program import ArmPoint
+from optimizer.reduced import reduced_problem
 
 CLOSE = 0.1
 """Relative width of the interval that holds the smallest number, where the search for it ends."""
@@ -30,6 +32,8 @@ FIRST, SHARE = 0.7, 0.3
 """Shares of what is left for a remedy: for the trial that tells whether anything helps, and those for less of it."""
 EACH = 0.5
 """Share of what is left that one remedy may take."""
+ROUNDS = (0.15, 0.6, 0.6, 0.6)
+"""Densities of the samples in which the least amount is looked for, as long as that becomes less."""
 HALVINGS = 6
 """Of the amount, before another layout is looked for."""
 MOST_TOLD = 3
@@ -104,11 +108,20 @@ def _told(cell: Cell, helpful: Helpful, touching: bool) -> list[Relaxation]:
 
 
 def _in_turn(cell: Cell, conflict: Conflict) -> list[Remedy]:
-    """Changes of what is known to be needed first; of one arm clearances before them, which its tree tells."""
+    """Changes of what is known to be needed first; of one arm clearances before them, which its tree tells.
+
+    Where nothing is known to be needed, those first that samples tell: these cost least to be looked at.
+    """
     some = list(candidates(cell, conflict.selection))
     if conflict.together and conflict.without and conflict.finish is not None:
         return [one for one in some if one.undoes in conflict.without]
-    return sorted(some, key=lambda one: one.undoes is not None and one.undoes not in conflict.without)
+
+    def turn(one: Remedy) -> int:
+        if one.need is not None and (one.undoes in conflict.without or not conflict.without):
+            return 0
+        return 1 if one.undoes is None or one.undoes in conflict.without else 2
+
+    return sorted(some, key=turn)
 
 
 def _helpful(
@@ -122,13 +135,41 @@ def _helpful(
 ) -> Helpful | bool:
     """The smallest amount that helps; True if it is proved that none does; False where none is found."""
     arms = [one.index for one in conflict.selection.requirements if one.kind is Kind.ARM]
+    sampled = None if remedy.need is None else least_sampled(remedy, effort, seed)
     if remedy.pointer in possible:
         less = remedy.required - possible[remedy.pointer]
         first = min(_rounded(less, remedy.exact), remedy.most)
         bracket: Bracket | None = Bracket(less - 2.0 * remedy.exact, first)
     else:
         bracket = bracket_of(remedy, arms, effort)
-    return True if bracket is None else smallest(remedy, bracket, hints, effort, seed)
+    if bracket is None:
+        return True
+    if remedy.undoes is None:
+        sampled = least_sampled(remedy, effort, seed)
+    hints = hints if sampled is None else [sampled.found.points, *hints]
+    helpful = smallest(remedy, bracket, hints, effort, seed)
+    return helpful if sampled is None or (isinstance(helpful, Helpful) and helpful.amount < sampled.amount) else sampled
+
+
+def least_sampled(remedy: Remedy, effort: Effort, seed: int) -> Helpful | None:
+    """The smallest amount that a layout among samples needs; the next samples are of what needs no more than that.
+
+    Unlike a search by halves this does not have to find that a cell has no layout, which is what costs most.
+    """
+    best: Helpful | None = None
+    for round_, density in enumerate(ROUNDS):
+        amount = remedy.most if best is None else best.amount
+        cell = remedy.change(amount)
+        problems = [problem for arm in cell.arms if (problem := reduced_problem(cell, arm)) is not None]
+        if effort.over or len(problems) < len(cell.arms):
+            break
+        found = least_layouts(Scene.of(cell), problems, remedy.need, density, seed + round_)
+        effort.sampled(cell, density)
+        some = [_shrunk(0.0, Helpful(remedy, amount, one)) for one in found if _does(cell, one.points)]
+        best = min(some, key=lambda one: one.amount, default=best)
+        if best is None or best.amount > (1.0 - CLOSE) * amount:
+            break
+    return best
 
 
 def bracket_of(remedy: Remedy, arms: Sequence[int], effort: Effort) -> Bracket | None:
@@ -183,6 +224,10 @@ def smallest(
 def _shrunk(low: float, helpful: Helpful) -> Helpful:
     """The smallest amount, nearly, for which a layout that is known does as it is."""
     remedy, points, amount = helpful.remedy, helpful.found.points, helpful.amount
+    if remedy.need is not None:  # halving would come down to it
+        needed = _rounded(float(remedy.need([point.joints[None] for point in points])[0]), remedy.exact)
+        if low < needed < amount and _does(remedy.change(needed), points):
+            return Helpful(remedy, needed, helpful.found)
     for _ in range(HALVINGS + (4 if amount >= remedy.most else 0)):
         middle = _rounded(0.5 * (low + amount), remedy.exact)
         if not low < middle < amount:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
+import numpy as np
+
+from models.arrays import Floats
+from optimizer.coupled.candidates.extender import Effort as Pairing
 from optimizer.coupled.candidates.followed import Followed
 from optimizer.coupled.candidates.layouts import sample_layouts
 from optimizer.coupled.candidates.starts import starts_of
-from optimizer.coupled.scene import Scene
+from optimizer.coupled.scene import LIMITS, Scene
 from optimizer.coupled.sqp.refine import refine
 from optimizer.infeasibility.effort import Effort
 from optimizer.infeasibility.searched.trial import Found, clean
@@ -18,6 +22,8 @@ DENSITIES = (0.15, 0.6)
 """Of the samples in which a first layout is looked for, see `optimizer.coupled.search.DENSITIES`."""
 STARTS = 3, 2
 """Starts of each density that keep everything at the poses, and others."""
+FEW = Pairing(48, (48, 144), 2048)
+"""Fewer pairs than in a search for the best layout: where none goes together, all of them are looked at."""
 
 
 def first_layout(scene: Scene, starts: Sequence[Sequence[ArmPoint]], effort: Effort) -> Found | None:
@@ -40,7 +46,7 @@ def sampled_layout(scene: Scene, problems: Sequence[ReducedProblem], effort: Eff
     for round_, density in enumerate(DENSITIES):
         if effort.over:
             return None
-        layouts, _ = sample_layouts(followed, density, seed + round_)
+        layouts, _ = sample_layouts(followed, density, seed + round_, FEW)
         effort.sampled(scene.cell, density)
         starts = starts_of(followed, layouts, *STARTS)
         kept = (start for start in starts if start.clean and clean(scene, start.points))
@@ -51,3 +57,28 @@ def sampled_layout(scene: Scene, problems: Sequence[ReducedProblem], effort: Eff
         if found is not None:
             return found
     return None
+
+
+def least_layouts(
+    scene: Scene,
+    problems: Sequence[ReducedProblem],
+    need: Callable[[Sequence[Floats]], Floats] | None,
+    density: float,
+    seed: int,
+) -> tuple[Found, ...]:
+    """A few layouts among samples of all arms together that pass every check.
+
+    Args:
+        scene: of the changed cell. problems: of its arms.
+        need: see `optimizer.infeasibility.changes.remedy.Remedy`; those that need least come first, else the cheapest.
+        density: of the samples. seed: of the samples.
+    """
+    followed = Followed.of(scene, problems)
+    layouts, _ = sample_layouts(followed, density, seed, FEW)
+    if not len(layouts):
+        return ()
+    if need is not None:
+        needed = need([own.joints[:, followed.poses] for own in layouts.placements])
+        layouts = layouts.take(np.lexsort((needed, layouts.lacks > LIMITS)))
+    starts = (start for start in starts_of(followed, layouts, *STARTS) if start.clean)
+    return tuple(Found(start.points, start.objective) for start in starts if clean(scene, start.points))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,8 +10,11 @@ import shapely
 
 from models.arrays import Floats
 from models.cell import Cell
+from models.chain import chain_of
 from models.coupling import Distance
 from models.floor import Floor
+from models.kinematics import characteristic_length
+from models.screws import conditioning_of
 from models.shapes import HalfSpace
 from models.surroundings import PairClass
 from optimizer.infeasibility.changes.arms import freed, limits, turned_or_raised, wider_region, with_arm
@@ -121,8 +124,16 @@ def _conditioning(cell: Cell, requirement: Requirement) -> Remedy:
     def kept(index: int, effort: Effort) -> Largest | None:
         return largest_conditioning(change(wanted), a, 1e-3 * wanted, effort) if index == a else None
 
+    def need(joints: Sequence[Floats]) -> Floats:
+        own, poses = joints[a], joints[a].shape[1]
+        paths, which = np.unique(own.reshape(len(own), -1), axis=0, return_inverse=True)
+        length = characteristic_length(arm.robot)
+        kept_at = conditioning_of(chain_of(arm.robot), arm.tool, paths.reshape(-1, own.shape[2]), length)
+        less: Floats = wanted - np.min(kept_at.reshape(-1, poses), axis=1)
+        return less[which.ravel()]
+
     pointer = f"/arms/{a}/min_conditioning"
-    return Remedy(change, words, pointer, 0.1 * wanted, wanted, 1e-3, requirement, kept, wanted)
+    return Remedy(change, words, pointer, 0.1 * wanted, wanted, 1e-3, requirement, kept, wanted, need=need)
 
 
 def _step(cell: Cell, requirement: Requirement) -> Remedy:
@@ -134,8 +145,13 @@ def _step(cell: Cell, requirement: Requirement) -> Remedy:
     def words(amount: float) -> str:
         return f"allow joint steps of {cell.max_joint_step + amount:.3f} rad instead of {cell.max_joint_step:.3g} rad"
 
-    most = np.pi - cell.max_joint_step
-    return Remedy(change, words, "/max_joint_step", min(0.1 * cell.max_joint_step, most), most, 1e-3, requirement)
+    def need(joints: Sequence[Floats]) -> Floats:
+        steps = [np.abs(np.diff(own, axis=1))[:, cell.task.joined] for own in joints]
+        longest: Floats = np.max([np.max(some, axis=(1, 2), initial=0.0) for some in steps], axis=0)
+        return longest - cell.max_joint_step
+
+    least, most = 0.1 * cell.max_joint_step, np.pi - cell.max_joint_step
+    return Remedy(change, words, "/max_joint_step", min(least, most), most, 1e-3, requirement, need=need)
 
 
 def _floors(cell: Cell, floor: Floor, requirement: Requirement) -> Iterator[Remedy]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from models.arrays import Floats
 from models.cell import Cell
 from optimizer.infeasibility.effort import Effort
 from optimizer.infeasibility.largest import Largest
@@ -27,6 +28,8 @@ class Remedy:
         kept: how much of what is asked for an arm can keep, by its index; None where no tree says so.
         required: what is asked for, where ``kept`` is given.
         fitted: the change that a layout of the cell for ``most`` suggests; None where there is but one.
+        need: (K,) amounts that K layouts take, by the joints (K, m, n) of each arm at the poses; None where joints do
+            not say it.
     """
 
     change: Callable[[float], Cell]
@@ -39,3 +42,4 @@ class Remedy:
     kept: Callable[[int, Effort], Largest | None] | None = None
     required: float = 0.0
     fitted: Callable[[tuple[ArmPoint, ...]], Remedy] | None = None
+    need: Callable[[Sequence[Floats]], Floats] | None = None

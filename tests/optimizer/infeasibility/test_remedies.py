@@ -11,7 +11,6 @@ from optimizer.infeasibility.effort import Effort
 from optimizer.infeasibility.remedies import least_sampled
 from optimizer.infeasibility.searched.trial import clean
 
-
 ENOUGH = [(53, "step", 0.2510), (52, "conditioning", 0.1571), (21, "clearance", 0.1649)]
 """Seeds, and the amounts (rad, 1, m) for which the known layouts, which no search has found, pass every check."""
 

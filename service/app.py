@@ -17,7 +17,7 @@ from service.api import docs, evaluate, events, health, layouts, meshes, robots
 from service.api.state import State
 from service.evaluations import Evaluations
 from service.issues import InvalidRequest
-from service.jobs.dispatcher import Rules
+from service.jobs.active import Rules
 from service.jobs.jobs import Capacity, Jobs
 from service.keys import keyring
 from service.library import Library

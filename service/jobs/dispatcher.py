@@ -8,77 +8,23 @@ import time
 from collections import deque
 from collections.abc import Callable
 from contextvars import Context
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from math import ceil
 from typing import Any
 
 from service import logs, metrics, telemetry
-from service.jobs.event_log import LAST, EventLog
+from service.jobs.active import ENDED, Active, Rules
+from service.jobs.event_log import LAST
 from service.jobs.fair_queue import FairQueue
 from service.jobs.job import Ending, Failure, Job, JobEvent, JobStatus
 from service.jobs.store_threads import StoreThreads
 from service.store.job_store import LeaseLost, StoreUnavailable
 from service.workers.executor import Executor, SolveFailed, Task, WorkerDied
-from service.workers.worker import Answer
 
 log = logging.getLogger(__name__)
 
 FIRST_PAUSE, LONGEST_PAUSE = 0.1, 2.0
 """s between attempts to store something while the store is not available."""
-
-
-ENDED = {
-    "answer": "The solve came to its own end.",
-    "time-limit": "The time limit of {limit:g} s ended it; the result is the best that was known then.",
-}
-"""What ends a job with a result, in words."""
-
-
-@dataclass(frozen=True, slots=True)
-class Rules:
-    """How jobs are carried out.
-
-    Attributes:
-        workers: at the same time. max_attempts: of a job.
-        time_limit: s, soft limit of a run without its certificate, where the job has none.
-        grace: s beyond all soft limits before a solve is told to stop.
-    """
-
-    workers: int
-    max_attempts: int
-    time_limit: float
-    grace: float
-
-
-@dataclass(eq=False, slots=True)
-class Active:
-    """A job that is not finished.
-
-    Attributes:
-        job: its last state; without the request as long as it waits.
-        feed: its events.
-        finished: done when it is; the whole job, or None if this process ends before.
-        solving: the solve under way.
-        called_off: the solve is to end because the job was cancelled or goes back into the queue.
-    """
-
-    job: Job
-    feed: EventLog = field(default_factory=EventLog)
-    finished: asyncio.Future[Job | None] = field(default_factory=lambda: asyncio.get_running_loop().create_future())
-    solving: asyncio.Task[Answer] | None = None
-    called_off: bool = False
-
-    def call_off(self) -> None:
-        """Stop the solve."""
-        self.called_off = True
-        if self.solving is not None:
-            self.solving.cancel()
-
-    def give_up(self) -> None:
-        """Tell everybody that nothing more will come from here."""
-        self.feed.close()
-        if not self.finished.done():
-            self.finished.set_result(None)
 
 
 class Dispatcher:

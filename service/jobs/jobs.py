@@ -10,7 +10,8 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
-from service.jobs.dispatcher import Active, Dispatcher, Rules
+from service.jobs.active import Active, Rules
+from service.jobs.dispatcher import Dispatcher
 from service.jobs.event_log import LAST
 from service.jobs.job import CALLED_OFF, Job, JobEvent, JobStatus
 from service.jobs.job_errors import AlreadyFinished, Closing, KeyBusy, KeyReused, NotFinished, QueueFull

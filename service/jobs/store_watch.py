@@ -5,7 +5,8 @@ from __future__ import annotations
 import asyncio
 import logging
 
-from service.jobs.dispatcher import Active, Dispatcher
+from service.jobs.active import Active
+from service.jobs.dispatcher import Dispatcher
 from service.jobs.event_log import LAST, EventLog
 from service.jobs.job import Ending, Failure, Job, JobStatus
 from service.jobs.store_threads import StoreThreads

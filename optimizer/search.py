@@ -30,7 +30,7 @@ from optimizer.single_arm.base_sample import BoxFrame
 from optimizer.single_arm.basins import LEVEL, ROUNDED, distinct_optima, elsewhere
 from optimizer.single_arm.doubt import at_limit, in_doubt
 from optimizer.single_arm.nearest import nearest_candidate, nearest_path
-from optimizer.single_arm.passable import best_passable, with_places
+from optimizer.single_arm.passable import best_passable, best_tolerable, with_places
 from optimizer.single_arm.redundant.parameters import PARAMETERS, THOROUGH, UnreducedParameters
 from optimizer.single_arm.redundant.reachable_poses import unreached_poses
 from optimizer.single_arm.redundant.unreduced import search_unreduced
@@ -80,6 +80,7 @@ def search_arm(cell: Cell, arm: Arm, settings: Settings, deadline: float) -> Arm
         _search_reduced(cell, search, search.problem, box, settings.seed, deadline)
         if search.best is None and search.optima and search.finished:
             _search_finer(cell, search, box, settings.seed, deadline)
+            _settle_for_less(cell, search)
         if search.best is not None:
             _search_around(cell, search, search.problem, box, deadline)
         if not cell.coupled:
@@ -108,6 +109,7 @@ def _search_drawing(cell: Cell, search: ArmSearch, meant: Nominal, settings: Set
             optima.append((objective_of(cell.task, search.arm, start.joints), start))
     _keep(cell, search, optima, deadline)
     if meant.negligible:  # what is known of the drawing is known of the arm
+        _settle_for_less(cell, search)
         search.problem, search.tree, search.drawing = drawing.problem, drawing.tree, None
         search.proved, search.optima = drawing.proved, search.optima or drawing.optima
         search.reasons = () if search.best is not None else drawing.reasons
@@ -203,6 +205,13 @@ def _search_finer(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadlin
         search.reasons = ()
 
 
+def _settle_for_less(cell: Cell, search: ArmSearch) -> None:
+    """Where all optima are stuck, take one whose joints only overshoot their limits a little between the poses."""
+    found = None if search.best is not None else best_tolerable(cell, search.arm, search.optima)
+    if found is not None:
+        (search.objective, search.best), search.reasons = found, ()
+
+
 def _decide(cell: Cell, search: ArmSearch, problem: ReducedProblem, deadline: float, *, early: bool = False) -> bool:
     """Let branch and bound say whether the arm can do the task at all; True if that settles the search.
 
@@ -268,6 +277,7 @@ def _search_general(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadl
         _search_seeds(cell, search, box, seed + OTHER_DRAWS, deadline, THOROUGH)
     if search.best is None and search.optima and search.finished:
         _search_finer(cell, search, box, seed, deadline)
+        _settle_for_less(cell, search)
     if search.best is None:
         search.nearest = search.optima[0][1] if search.optima else nearest_path(paths)
     if search.best is None and search.finished:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 
@@ -28,6 +29,8 @@ ROUNDS, FINER = 5, 8
 """Times that places are added, and how much closer to each other each time."""
 REPAIRS, NEAR = 4, 1e-3
 """Optima that are repaired, and m and rad within which they are the same."""
+MOST_SETTLED = 20
+"""Optima that are looked at for one whose joints only overshoot."""
 Place = tuple[int, float]
 """The pose before, and the fraction of the way to the next."""
 
@@ -48,7 +51,7 @@ def passable(cell: Cell, arm: Arm, point: ArmPoint, way: Way, deadline: float) -
     places: set[Place] = set()
     here = point
     for round_ in range(ROUNDS):
-        stuck = [(one.pose, one.fraction) for one in way.breaks] + [(one.pose, one.fraction) for one in way.beyond]
+        stuck = [(one.pose, one.fraction) for one in way.breaks] + [(one.pose, one.fraction) for one in way.excesses]
         found = _around(stuck, float(FINER) ** -round_)
         if found <= places or time.perf_counter() > deadline:
             return None
@@ -125,6 +128,18 @@ def best_passable(
         if repaired is not None and repaired[0] < known:
             best, known = repaired, repaired[0]
     return best
+
+
+def best_tolerable(cell: Cell, arm: Arm, optima: Iterable[tuple[float, ArmPoint]]) -> tuple[float, ArmPoint] | None:
+    """The best of some usable points whose joints at most overshoot their limits a little between the poses.
+
+    Args:
+        cell: task.
+        arm: the arm.
+        optima: objective and point, best first.
+    """
+    looked_at = islice(optima, MOST_SETTLED)
+    return next((one for one in looked_at if follow_way(cell, arm, one[1]).tolerable), None)
 
 
 def _same(point: ArmPoint, other: ArmPoint) -> bool:

@@ -41,7 +41,7 @@ from optimizer.stretches import SAFETY, Resolution
 LIMITS = 1e-6
 """rad; a smaller excess over a limit between two poses is rounding of followed paths."""
 OVERSHOOT = np.radians(1.0)
-"""rad that a joint may stick out of its limits between two poses without making the layout unusable.
+"""rad that a joint may stick out of its limits between two poses where no layout keeps them all the way.
 
 The poses are asked for, the straight way between them is not: a part that leaves it by some millimetres, or one more
 pose, undoes so little. What is more than rounding is told with the layout.
@@ -77,7 +77,12 @@ class Way:
 
     @property
     def free(self) -> bool:
-        """True if the arm can go the whole way."""
+        """True if the arm can go the whole way inside its limits."""
+        return not self.breaks and not self.excesses
+
+    @property
+    def tolerable(self) -> bool:
+        """True if it can go the whole way, but for joints that overshoot a little."""
         return not self.breaks and not self.beyond
 
 

@@ -25,7 +25,7 @@ def check_whole_way(cell: Cell, model: CollisionModel | None, points: Sequence[A
     pairs = list(zip(cell.arms, points, strict=True))
     ways = [follow_way(cell, arm, point) for arm, point in pairs]
     breaks = {(one.arm, one.pose): one for way in ways for one in reversed(way.breaks)}
-    beyond = [one for way in ways for one in way.beyond]
+    beyond = [one for way in ways for one in way.excesses]
     nearest = max((_at_poses(arm, point) for arm, point in pairs), key=lambda one: one.amount)
     samples = sum(way.samples for way in ways)
     if model is None:
@@ -35,7 +35,7 @@ def check_whole_way(cell: Cell, model: CollisionModel | None, points: Sequence[A
     found = check_clearance(cell, model, cell.surroundings.clearances, bases, [point.joints for point in points])
     known = {(one.arm, one.pose) for one in found.breaks}
     more = tuple(one for place, one in breaks.items() if place not in known)
-    worst = max([nearest, *beyond], key=lambda one: one.amount)  # `OVERSHOOT` is not known to the walk
+    worst = max([found.worst_limit, *beyond], key=lambda one: one.amount)
     return PathClearance(found.classes, (*found.breaks, *more), worst, found.limits_certain and not more, found.samples)
 
 

@@ -15,6 +15,7 @@ from optimizer import search as search_module
 from optimizer.search import search_arm
 from optimizer.settings import Settings
 from optimizer.solve import SolveStatus
+from optimizer.verification.way import OVERSHOOT, follow_way
 from optimizer.verify import check
 from tests.support.arms import region
 from tests.support.tasks import possible
@@ -93,14 +94,16 @@ def test_the_seed_changes_where_the_search_looks_not_what_it_finds():
 def test_a_usable_base_that_screening_found_is_not_lost_by_the_local_solver():
     """Here all local solves end in a point of least infeasibility beside the narrow set that is usable at the poses.
 
-    Between two of them a joint leaves its limits, so that the answer is no layout; the reason says where.
+    Between two of them a joint passes its limit by less than a degree on every layout: that one is taken all the same.
     """
     task = possible("hh020", np.random.default_rng(39), step=0.15, half=(0.3, 0.3, 0.0, np.pi))
     cell = replace(task.cell, max_joint_step=0.22015015288375217)
     found = search_arm(cell, task.arm, Settings(), time.perf_counter() + 60.0)
     assert found.optima[0][0] <= 1.001 * 551.58  # by brute force, at the poses alone
-    assert found.best is None
-    assert [(reason.kind, reason.poses, reason.joint) for reason in found.reasons] == [("joint_limit", (3, 4), "j3")]
+    assert found.best is not None
+    (one,) = follow_way(cell, task.arm, found.best).excesses
+    assert (one.joint, one.pose) == ("j3", 3)
+    assert 1e-4 < one.amount < OVERSHOOT
 
 
 def test_screening_of_a_long_task_heeds_the_time_limit_too():

@@ -198,6 +198,7 @@ def test_a_small_overshoot_between_poses_is_told_and_does_not_count():
             (one,) = way.excesses
             counts = one.amount > np.radians(1.0)
             assert bool(way.beyond) == counts
-            assert way.free == (not counts)
+            assert way.tolerable == (not counts)
+            assert not way.free
             seen.add(counts)
     assert seen == {True, False}

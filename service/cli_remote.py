@@ -53,18 +53,19 @@ def solve_there(url: str, body: bytes) -> dict[str, Any]:
     key = os.environ.get("DUOCELL_API_KEY", "")
     headers = {"Authorization": f"Bearer {key}"} if key else {}
     with httpx2.Client(base_url=url, headers=headers, timeout=TIMEOUT) as client, display() as report:
-        location = _submit(client, body)
+        once = str(uuid.uuid4())
         try:
+            location = _submit(client, body, once)
             _follow(client, location, report)
             return _checked(client.get(location))
-        except KeyboardInterrupt:
-            client.post(f"{location}/cancel")
+        except KeyboardInterrupt:  # perhaps before the address was told: the same request has the same one
+            client.post(f"{_submit(client, body, once)}/cancel")
             raise
 
 
-def _submit(client: httpx2.Client, body: bytes) -> str:
-    """Send the request; its address. The key makes sure that it is carried out once, however often it is sent."""
-    headers = {"Content-Type": "application/json", "Idempotency-Key": str(uuid.uuid4())}
+def _submit(client: httpx2.Client, body: bytes, once: str) -> str:
+    """Send the request; its address. The key makes sure that it is carried out ``once``, however often it is sent."""
+    headers = {"Content-Type": "application/json", "Idempotency-Key": once}
     for attempt in range(RETRIES):
         try:
             return _checked_answer(client.post("/v1/layouts", content=body, headers=headers)).headers["location"]

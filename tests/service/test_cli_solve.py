@@ -11,12 +11,14 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import httpx2
 import pytest
 import uvicorn
 
 from service.app import create_app
 from service.cli import main
 from service.cli_progress import shown
+from service.cli_remote import solve_there
 from service.settings import Settings
 from service.workers.executor import SolveFailed
 
@@ -175,6 +177,31 @@ def test_ctrl_c_cancels_the_layout_at_the_server(server: Running, tmp_path: Path
     while fake.running:
         assert time.monotonic() < ends
         time.sleep(0.02)
+
+
+def test_an_interrupt_before_the_address_is_known_cancels_too(
+    server: Running, example: Document, fake: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The answer to the request is lost to Ctrl-C; the server has taken the layout in."""
+    fake.seconds = 60.0
+    post, sent = httpx2.Client.post, []
+
+    def interrupted_once(client: httpx2.Client, url: str, **given: Any) -> httpx2.Response:
+        answer = post(client, url, **given)
+        sent.append(url)
+        if len(sent) == 1:
+            raise KeyboardInterrupt
+        return answer
+
+    monkeypatch.setattr(httpx2.Client, "post", interrupted_once)
+    with pytest.raises(KeyboardInterrupt):
+        solve_there(server.url, json.dumps(example).encode())
+    assert [url.rpartition("/")[2] for url in sent] == ["layouts", "layouts", "cancel"]
+    ends = time.monotonic() + 20.0
+    while fake.running:
+        assert time.monotonic() < ends
+        time.sleep(0.02)
+    assert fake.most_running <= 1
 
 
 def test_migrate_makes_tables_and_says_so(

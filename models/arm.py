@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import pi
 
 import numpy as np
@@ -140,7 +141,7 @@ class Arm:
         """Number of joints."""
         return self.robot.dof
 
-    @property
+    @cached_property
     def weight_scale(self) -> float:
         """Mean of the weights that are not zero (1 without any): what a cost is to be measured against."""
         positive = self.weights[self.weights > 0.0]

@@ -41,21 +41,6 @@ class Mesh:
         object.__setattr__(self, "faces", faces)
 
 
-def read_mesh(data: bytes, kind: str, scale: float = 1.0) -> Mesh:
-    """The mesh of a file in metres.
-
-    Args:
-        data: see `read_triangles`. kind: likewise.
-        scale: factor to metres, 0.001 for a file in millimetres.
-
-    Raises:
-        InvalidInput: see `read_triangles`, or coordinates that make no sense.
-    """
-    if not np.isfinite(scale) or scale <= 0.0:
-        raise InvalidInput(f"scale is {scale:g}; it must be positive.", "/scale")
-    return in_metres(read_triangles(data, kind), np.full(3, scale))
-
-
 def in_metres(mesh: Mesh, scale: Floats) -> Mesh:
     """A mesh stretched along its axes.
 

@@ -47,7 +47,7 @@ class Nominal:
 
     @property
     def negligible(self) -> bool:
-        """True if no check can tell the two apart: what holds for one holds for the other."""
+        """True if no check can tell the two apart, so that proofs need room for no more than that."""
         return max(self.position, self.angle) <= KEPT
 
     @property

@@ -67,7 +67,7 @@ class Pedestal:
         if len(self.footprint.corners) == 1 and self.footprint.radius <= 0.0:
             raise InvalidInput("the footprint of a pedestal needs an area.", "/footprint")
         try:
-            self.body  # noqa: B018  # whether it can be built is seen here and not in the middle of a search
+            _ = self.body  # whether it can be built is seen here and not in the middle of a search
         except InvalidInput as error:
             raise InvalidInput(f"the footprint of a pedestal cannot be used: {error.detail}", "/footprint") from error
 

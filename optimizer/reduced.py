@@ -44,6 +44,8 @@ class ReducedProblem:
         weights: (m,) what the poses count for in the objective; None for 1.
         gap_steps: (m - 1,) rad, of a sample: joint step to the next pose that the steps left out between them allow;
             infinite where that says nothing, None if it never does.
+        apart: m and rad by which the flange of the arm that is meant may be off this one's at the same joint values:
+            what is proved here has to hold for that arm.
     """
 
     arm: Arm
@@ -57,6 +59,7 @@ class ReducedProblem:
     starts: tuple[int, ...] = (0,)
     weights: Floats | None = None
     gap_steps: Floats | None = None
+    apart: float = 0.0
 
     @property
     def jobs(self) -> tuple[slice, ...]:
@@ -166,8 +169,13 @@ class Paths:
         return self.missing + self.beyond + self.jump + self.singular
 
 
-def reduced_problem(cell: Cell, arm: Arm) -> ReducedProblem | None:
-    """The reduced problem of one arm, or None if the arm has no closed form or no vertical first axis."""
+def reduced_problem(cell: Cell, arm: Arm, apart: float = 0.0) -> ReducedProblem | None:
+    """The reduced problem of one arm, or None if the arm has no closed form or no vertical first axis.
+
+    Args:
+        cell: task. arm: the arm.
+        apart: see `ReducedProblem`.
+    """
     form, sigma = closed_form(arm.robot), chain_of(arm.robot).vertical_sign
     if form is None or sigma == 0:
         return None
@@ -184,6 +192,7 @@ def reduced_problem(cell: Cell, arm: Arm) -> ReducedProblem | None:
         postures,
         starts=cell.task.starts,
         weights=None if np.all(cell.task.weights == 1.0) else cell.task.weights,
+        apart=apart,
     )
 
 

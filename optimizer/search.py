@@ -68,10 +68,10 @@ LONG_TASK = 200
 """Poses from which on only half as many starts are solved."""
 
 
-def search_arm(cell: Cell, arm: Arm, settings: Settings, deadline: float) -> ArmSearch:
-    """Find the best placement of one arm that nothing couples to others."""
+def search_arm(cell: Cell, arm: Arm, settings: Settings, deadline: float, apart: float = 0.0) -> ArmSearch:
+    """Find the best placement of one arm that nothing couples to others; ``apart``: see `ReducedProblem`."""
     meant = nominal(arm.robot)
-    search = ArmSearch(arm, problem=None if meant is not None else reduced_problem(cell, arm))
+    search = ArmSearch(arm, problem=None if meant is not None else reduced_problem(cell, arm, apart))
     box = search_box(cell, arm)
     if np.any(box[:, 0] > box[:, 1]):
         search.reasons, search.proved = explain_reach(cell, arm), True
@@ -98,7 +98,8 @@ def search_arm(cell: Cell, arm: Arm, settings: Settings, deadline: float) -> Arm
 
 def _search_drawing(cell: Cell, search: ArmSearch, meant: Nominal, settings: Settings, deadline: float) -> None:
     """Search the arm that this one was drawn as, and take its optima over to this one."""
-    drawing = search_arm(cell, replace(search.arm, robot=meant.robot), settings, deadline)
+    apart = max(meant.position, meant.angle) if meant.negligible else 0.0
+    drawing = search_arm(cell, replace(search.arm, robot=meant.robot), settings, deadline, apart)
     search.drawing, search.meant = drawing, meant
     search.candidates, search.starts, search.finished = drawing.candidates, drawing.starts, drawing.finished
     best = [] if drawing.best is None else [(drawing.objective, drawing.best)]
@@ -108,7 +109,7 @@ def _search_drawing(cell: Cell, search: ArmSearch, meant: Nominal, settings: Set
         if meant.negligible and check(cell, search.arm, start).usable:
             optima.append((objective_of(cell.task, search.arm, start.joints), start))
     _keep(cell, search, optima, deadline)
-    if meant.negligible:  # what is known of the drawing is known of the arm
+    if meant.negligible:  # what is known of the drawing, with room for what it is off, is known of the arm
         _settle_for_less(cell, search)
         search.problem, search.tree, search.drawing = drawing.problem, drawing.tree, None
         search.proved, search.optima = drawing.proved, search.optima or drawing.optima

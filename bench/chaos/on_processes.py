@@ -86,6 +86,11 @@ def parent(pid: int) -> int:
     return 0
 
 
+def _upload_into(answers: list[str], server: Server, name: str) -> None:
+    """The work of a thread: what an upload is answered."""
+    answers.append(upload_mesh(server, name))
+
+
 def fork_server(setup: Setup) -> Finding:
     """The process that all others are forked from is killed; its successor is stopped, and the workers are killed."""
     with running(setup.folder) as server:
@@ -103,7 +108,7 @@ def fork_server(setup: Setup) -> Finding:
                     os.kill(pid, signal.SIGKILL)
             began = time.monotonic()
             mesh: list[str] = []
-            thread = threading.Thread(target=lambda: mesh.append(upload_mesh(server, "m" * len(seen) + "x")))  # noqa: B023
+            thread = threading.Thread(target=_upload_into, args=(mesh, server, "m" * len(seen) + "x"))
             thread.start()
             health = 0.0
             while time.monotonic() - began < 5.0:

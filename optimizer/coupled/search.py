@@ -82,7 +82,9 @@ def _in_form(form: CanonicalForm, searches: Sequence[ArmSearch]) -> list[ArmSear
     found = []
     for number, arm, point in zip(form.order, form.cell.arms, best, strict=True):
         known = searches[number]
-        problem = None if known.problem is None else reduced_problem(form.cell, arm)
+        problem = known.problem
+        if problem is not None:  # of the robot it was searched with, which may be one that stands for the arm's own
+            problem = reduced_problem(form.cell, replace(arm, robot=problem.arm.robot), problem.apart)
         found.append(replace(known, arm=arm, best=point, problem=problem))
     return found
 

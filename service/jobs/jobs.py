@@ -210,10 +210,6 @@ class Jobs:
         """Whether events with numbers above ``after`` are stored."""
         return bool(await self._store.read(self._store.store.events, job_id, after, 1))
 
-    async def mentioned(self, text: str) -> bool:
-        """Whether the request of a job that is not finished has a text in it."""
-        return await self._store.read(self._store.store.mentions, text)
-
     async def follow(self, job_id: str, after: int, silence: float) -> AsyncIterator[JobEvent | None]:
         """Events of a job with numbers above ``after``, up to its last one; None after ``silence`` s without any."""
         quiet = 0.0

@@ -154,9 +154,6 @@ class JobStore(Protocol):
     def delete(self, job_id: str) -> bool:
         """Forget a finished job and its events; False if there is none of that name that is finished."""
 
-    def mentions(self, text: str) -> bool:
-        """Whether the request of a job that is not finished has a text in it."""
-
     def trim(self, keep: int) -> int:
         """Forget the finished jobs that ended first, so that ``keep`` are left; returns how many were forgotten."""
 

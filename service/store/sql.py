@@ -144,14 +144,6 @@ class SqlJobStore:
         with self._reading() as session:
             return [head_of(row) for row in session.scalars(rows)]
 
-    def mentions(self, text: str) -> bool:
-        """See `JobStore`."""
-        found = select(JobRow.id).where(
-            JobRow.status.in_(changes.ACTIVE), JobRow.request.contains(text, autoescape=True)
-        )
-        with self._reading() as session:
-            return session.scalar(found.limit(1)) is not None
-
     def finished(self) -> int:
         """See `JobStore`."""
         with self._reading() as session:

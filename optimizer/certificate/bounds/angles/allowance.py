@@ -36,10 +36,12 @@ class Allowance:
 
     @staticmethod
     def of_rounding(targets: Targets) -> Allowance:
-        """For rounding alone."""
+        """For rounding, and for what the arm that is meant is off this one; both seen from the wrist point."""
+        lever = float(np.linalg.norm(targets.form.wrist_in_flange))
         largest = float(np.max(np.abs(targets.wrist), initial=0.0))
         eps = float(np.finfo(np.float64).eps)
-        return Allowance(UNITS * eps * max(largest, ONE), UNITS * eps)
+        rounding = UNITS * eps * max(largest, ONE)
+        return Allowance(rounding + (1.0 + lever) * targets.apart, UNITS * eps + targets.apart)
 
     @staticmethod
     def of_checks(targets: Targets) -> Allowance:

@@ -28,6 +28,7 @@ class Targets:
         turned: (m, 3, 3) rotation that the six joints have to make together.
         last_axis: (m, 3) direction of axis 6, the same wherever the base stands.
         dims: number of coordinates along the mount's axes that may vary: 3, or 2 where the last one is fixed.
+        apart: m and rad by which hands may be off, because another arm is meant; see `ReducedProblem`.
     """
 
     form: ClosedForm
@@ -37,6 +38,7 @@ class Targets:
     turned: Floats
     last_axis: Floats
     dims: int
+    apart: float = 0.0
 
     @staticmethod
     def of(problem: ReducedProblem) -> Targets:
@@ -47,7 +49,8 @@ class Targets:
         wrist = problem.positions @ mount + problem.rotations @ form.wrist_in_flange - form.origin
         bounds = problem.arm.base.bounds[:3]
         rises = float((bounds[:, 1] - bounds[:, 0]) @ np.abs(mount[:, 2])) > 1e-12
-        return Targets(form, problem.sigma, mount, wrist, turned, turned @ form.axes[5], 3 if rises else 2)
+        dims = 3 if rises else 2
+        return Targets(form, problem.sigma, mount, wrist, turned, turned @ form.axes[5], dims, problem.apart)
 
     @property
     def upright(self) -> bool:

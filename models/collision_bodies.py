@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -36,6 +36,10 @@ WORLD = Owner(None, None)
 OBJECT = Owner(None, None, part=True)
 EVERY = -1
 """In place of a job's number."""
+Entry = tuple[str, Owner, Body]
+"""Name, owner and body."""
+_ARM, _OBSTACLE, _PART, _PIECE = "arm", "obstacle", "part", "piece"
+"""Groups of bodies: with the number of an arm, 0, 0, the number of a job."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,34 +93,43 @@ def collect(arms: Sequence[Arm], surroundings: Surroundings, holders: Sequence[A
     grasps of all. Left out as pairs: what an arm's last link and tool have with the part (they hold it), pairs of one
     arm that `self_pairs` leaves out, two half-spaces.
     """
-    entries: list[tuple[str, Owner, Body]] = []
+    entries: list[Entry] = []
     groups: dict[tuple[str, int], list[int]] = {}
-
-    def add(group: str, index: int, name: str, owner: Owner, body: Body) -> None:
-        groups.setdefault((group, index), []).append(len(entries))
-        entries.append((name, owner, body))
-
-    for a, arm in enumerate(arms):
-        equipment = surroundings.of(arm.name)
-        if equipment.pedestal is not None:
-            add("arm", a, f"{arm.name} pedestal", Owner(a, 0), equipment.pedestal.body)
-        for link in surroundings.links(arm):
-            add("arm", a, f"{arm.name} {link.body.name}", Owner(a, link.link), link.body)
-        for tool in equipment.tool:
-            moved = Body(tool.name, arm.robot.flange_placement @ tool.pose, tool.shape)
-            add("arm", a, f"{arm.name} {tool.name}", Owner(a, arm.dof), moved)
-    for obstacle in surroundings.obstacles:
-        add("obstacle", 0, obstacle.name, WORLD, obstacle)
-    if surroundings.part is not None:
-        for body in surroundings.part.bodies:
-            add("part", 0, body.name, OBJECT, body)
-        for job, grasps in _grasps(arms if holders is None else holders, surroundings.part):
-            for body in outside_zones(surroundings.part.bodies, grasps, surroundings.part.grasp_zone):
-                add("piece", job, body.name, OBJECT, body)
+    for group, entry in _grouped(arms, surroundings, arms if holders is None else holders):
+        groups.setdefault(group, []).append(len(entries))
+        entries.append(entry)
     bounds = [None if isinstance(body.shape, HalfSpace) else bounding(body.shape) for _, _, body in entries]
     pairs = _pairs(arms, surroundings, entries, groups, bounds)
-    job_of = {i: job for (group, job), members in groups.items() if group == "piece" for i in members}
+    job_of = {i: job for (group, job), members in groups.items() if group == _PIECE for i in members}
     return _arrays(arms, surroundings, entries, bounds, pairs, [job_of.get(j, EVERY) for _, _, j in pairs])
+
+
+def _grouped(
+    arms: Sequence[Arm], surroundings: Surroundings, holders: Sequence[Arm]
+) -> Iterator[tuple[tuple[str, int], Entry]]:
+    """All bodies with the group that they belong to: an arm, the obstacles, the part, its pieces of a job."""
+    for a, arm in enumerate(arms):
+        yield from (((_ARM, a), entry) for entry in _of_arm(a, arm, surroundings))
+    yield from (((_OBSTACLE, 0), (obstacle.name, WORLD, obstacle)) for obstacle in surroundings.obstacles)
+    if surroundings.part is None:
+        return
+    bodies = surroundings.part.bodies
+    yield from (((_PART, 0), (body.name, OBJECT, body)) for body in bodies)
+    for job, grasps in _grasps(holders, surroundings.part):
+        pieces = outside_zones(bodies, grasps, surroundings.part.grasp_zone)
+        yield from (((_PIECE, job), (body.name, OBJECT, body)) for body in pieces)
+
+
+def _of_arm(a: int, arm: Arm, surroundings: Surroundings) -> Iterator[Entry]:
+    """Pedestal, links and tool of an arm."""
+    equipment = surroundings.of(arm.name)
+    if equipment.pedestal is not None:
+        yield f"{arm.name} pedestal", Owner(a, 0), equipment.pedestal.body
+    for link in surroundings.links(arm):
+        yield f"{arm.name} {link.body.name}", Owner(a, link.link), link.body
+    for tool in equipment.tool:
+        moved = Body(tool.name, arm.robot.flange_placement @ tool.pose, tool.shape)
+        yield f"{arm.name} {tool.name}", Owner(a, arm.dof), moved
 
 
 def _grasps(arms: Sequence[Arm], part: Part) -> list[tuple[int, Floats]]:
@@ -133,15 +146,15 @@ def _grasps(arms: Sequence[Arm], part: Part) -> list[tuple[int, Floats]]:
 def _pairs(
     arms: Sequence[Arm],
     surroundings: Surroundings,
-    entries: list[tuple[str, Owner, Body]],
+    entries: list[Entry],
     groups: dict[tuple[str, int], list[int]],
     bounds: list[Bounding | None],
 ) -> list[tuple[PairClass, int, int]]:
     """Pairs of the classes asked for."""
     asked = {kind for kind in PairClass if surroundings.clearances.required(kind) is not None}
-    of_arm = [groups.get(("arm", a), []) for a in range(len(arms))]
-    obstacles, part = (groups.get((group, 0), []) for group in ("obstacle", "part"))
-    pieces = [j for (group, _), members in groups.items() if group == "piece" for j in members]
+    of_arm = [groups.get((_ARM, a), []) for a in range(len(arms))]
+    obstacles, part = (groups.get((group, 0), []) for group in (_OBSTACLE, _PART))
+    pieces = [j for (group, _), members in groups.items() if group == _PIECE for j in members]
     pairs: list[tuple[PairClass, int, int]] = []
     for a, arm in enumerate(arms):
         own = of_arm[a]
@@ -169,7 +182,7 @@ def _pairs(
 def _arrays(
     arms: Sequence[Arm],
     surroundings: Surroundings,
-    entries: list[tuple[str, Owner, Body]],
+    entries: list[Entry],
     bounds: list[Bounding | None],
     pairs: list[tuple[PairClass, int, int]],
     jobs: list[int],

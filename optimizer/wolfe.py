@@ -46,6 +46,14 @@ class WolfeSettings:
     curvature: float = 0.1
     trials: int = 30
 
+    def high(self, trial: Trial[T], origin: Trial[T]) -> bool:
+        """True without the decrease that is enough, also outside the domain."""
+        return not trial.value <= origin.value + self.decrease * trial.step * origin.slope
+
+    def flat(self, trial: Trial[T], origin: Trial[T]) -> bool:
+        """True if the slope is small enough."""
+        return abs(trial.slope) <= -self.curvature * origin.slope
+
 
 def search_line(
     try_step: Callable[[float], Trial[T]],
@@ -67,20 +75,13 @@ def search_line(
         The step, or None if no step with sufficient decrease was found.
     """
     rules = settings or WolfeSettings()
-
-    def high(trial: Trial[T]) -> bool:
-        return not trial.value <= origin.value + rules.decrease * trial.step * origin.slope
-
-    def flat(trial: Trial[T]) -> bool:
-        return abs(trial.slope) <= -rules.curvature * origin.slope
-
     low, step = origin, min(first, longest)
     far: Trial[T] | None = None
     for _ in range(rules.trials):
         trial = try_step(step)
-        if high(trial) or (low is not origin and trial.value >= low.value):
+        if rules.high(trial, origin) or (low is not origin and trial.value >= low.value):
             far = trial
-        elif flat(trial):
+        elif rules.flat(trial, origin):
             return trial
         elif far is None:
             if trial.slope >= 0.0:

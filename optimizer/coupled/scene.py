@@ -14,6 +14,7 @@ from models.collision import CollisionModel, Configurations
 from models.coupling import Rows
 from models.floor import Footprint
 from models.kept import KEPT
+from models.singular_margins import SPARE
 from models.surroundings import PairClass
 from optimizer.clearance import PathClearance
 from optimizer.measure import objective_of
@@ -39,6 +40,7 @@ class Scene:
         footprints: per arm, on the floor.
         between: (pose, fraction of the way to the next) of places at which a refinement keeps everything besides those
             that it samples by itself.
+        spare: how many times the margins to singular sets a refinement keeps, because it sees a way at few places only.
     """
 
     cell: Cell
@@ -48,6 +50,7 @@ class Scene:
     path: ObjectPath
     footprints: tuple[Footprint, ...]
     between: tuple[tuple[int, float], ...] = ()
+    spare: float = SPARE
 
     @staticmethod
     def of(cell: Cell, holders: Sequence[Arm] | None = None) -> Scene:

@@ -8,7 +8,7 @@ from models.arm import Arm
 from models.arrays import Floats, Ints
 from models.branches import posture_terms
 from models.closed_form import ClosedForm, closed_form
-from models.singular_margins import ELBOW, SHOULDER, SPARE, margins_along
+from models.singular_margins import ELBOW, SHOULDER, margins_along
 from optimizer.coupled.scene import Scene
 from optimizer.coupled.sqp.linear_rows import RowCollector
 from optimizer.pose_rows import BASE
@@ -21,8 +21,8 @@ INSIDE = 1e-7
 """rad or m kept to bounds, for what the linear rows leave out."""
 LEFT = 0.1
 """Share of the way to the end of reach that a step leaves."""
-REACH = np.square([SPARE * SHOULDER, SPARE * ELBOW])
-"""m² and 1, squares of front and elbow's sine that remain."""
+REACH = np.square([SHOULDER, ELBOW])
+"""m² and 1, squares of front and elbow's sine that remain, but for `Scene.spare`."""
 DIFFERENCE = 1e-6
 """rad, of the differences of the posture's terms."""
 SINGULAR = 10.0
@@ -36,7 +36,7 @@ def add_joint_rows(rows: RowCollector, scene: Scene, index: int, point: ArmPoint
     _add_steps(rows, scene, index, point)
     form = closed_form(arm.robot)
     if form is not None and point.signs is not None:
-        _add_posture(rows, scene, index, form, point.signs, margins_along(arm, SPARE).wrist)
+        _add_posture(rows, scene, index, form, point.signs)
     if arm.min_conditioning is not None:
         _add_conditioning(rows, scene, index, arm)
 
@@ -60,16 +60,14 @@ def _add_steps(rows: RowCollector, scene: Scene, index: int, point: ArmPoint) ->
         rows.add(slopes, most - np.abs(change[j, i]), np.full(len(j), INSIDE))
 
 
-def _add_posture(
-    rows: RowCollector, scene: Scene, index: int, form: ClosedForm, signs: tuple[int, int, int], away: float
-) -> None:
-    """Places near a singular set that the posture must not cross (as in `optimizer.verify`), the wrist's with a
-    distance of ``away`` rad.
+def _add_posture(rows: RowCollector, scene: Scene, index: int, form: ClosedForm, signs: tuple[int, int, int]) -> None:
+    """Places near a singular set that the posture must not cross (as in `optimizer.verify`).
 
     Front and elbow fall like the square root of the way to the end of reach: their squares are what a row can follow.
     A step that ends there is beyond it by the row's bend, where there is no layout at all: it stops short.
     """
-    q = rows.samples.joints[index]
+    q, reach = rows.samples.joints[index], scene.spare**2 * REACH
+    away = margins_along(scene.cell.arms[index], scene.spare).wrist
     sides = np.array([signs[0], -signs[0] * signs[1], signs[2]])
     values = sides[:, None] * _terms(form, q)
     slopes = np.stack(
@@ -85,7 +83,7 @@ def _add_posture(
     t, k = np.nonzero(values[:2] < NEAR)
     size = np.abs(values[t, k])
     spare = values[t, k] * size
-    left = REACH[t] + LEFT * np.maximum(spare - REACH[t], 0.0)
+    left = reach[t] + LEFT * np.maximum(spare - reach[t], 0.0)
     _add(rows, scene, index, k, 2.0 * size[:, None] * slopes[t, k], spare, left)
 
 

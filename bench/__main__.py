@@ -8,6 +8,7 @@ import sys
 import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -91,7 +92,7 @@ def _compare(quick: bool, scale: float) -> list[TaskResult]:
     results: list[TaskResult] = []
     tasks = [replace(task, budget=scale * task.budget) for task in (quick_tasks() if quick else all_tasks())]
     for number, task in enumerate(tasks, start=1):
-        results.append(run_task(task, 1.0 if quick else 10.0, lambda what, t=task.name: _progress(t, what)))
+        results.append(run_task(task, 1.0 if quick else 10.0, partial(_progress, task.name)))
         _progress("", "")
         _say(f"[{number}/{len(tasks)}] {task.name}: {perf_counter() - began:.0f} s so far")
         _store("results", results)

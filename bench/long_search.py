@@ -10,10 +10,11 @@ from dataclasses import dataclass, field
 from time import process_time
 
 import numpy as np
-from scipy.optimize import differential_evolution, minimize
+from scipy.optimize import Bounds, minimize
 
 from bench.cell_draw import Known
 from bench.dense_check import dense_check
+from bench.evolution import evolve
 from bench.own_stands import OwnStands, own_stands, own_task
 from bench.own_ties import FreeBases, free_bases
 from models.arrays import Floats
@@ -127,19 +128,8 @@ class _Search:
 
     def evolve(self, rng: np.random.Generator) -> None:
         """One run of differential evolution."""
-        differential_evolution(
-            lambda columns: self.cost(columns.T),
-            [(float(low), float(high)) for low, high in self.free.bounds[self.open]],
-            popsize=20,
-            maxiter=300,
-            tol=1e-6,
-            mutation=(0.4, 1.0),
-            polish=False,
-            vectorized=True,
-            updating="deferred",
-            rng=rng,
-            callback=lambda intermediate_result: self.memory.over,
-        )
+        bounds = self.free.bounds[self.open]
+        evolve(self.cost, bounds, lambda: self.memory.over, rng, popsize=20, maxiter=300, tol=1e-6)
         self.polish([numbers[self.open] for _, numbers in self.memory.best[:1]])
 
     def multi_start(self, rng: np.random.Generator) -> None:
@@ -167,14 +157,16 @@ class _Search:
                 return
             span = 0.05 * (high - low)
             simplex = np.vstack([start, *(start + np.diag(np.where(start + span > high, -span, span)))])
-            settings = {"initial_simplex": simplex, "maxfev": 400, "xatol": 1e-7, "fatol": 1e-9}
             minimize(
-                lambda x: float(self.cost(x[None])[0]),
+                self._cost_of_one,
                 start,
                 method="Nelder-Mead",
-                bounds=list(zip(low, high, strict=True)),
-                options=settings,
+                bounds=Bounds(low, high),
+                options={"initial_simplex": simplex, "maxfev": 400, "xatol": 1e-7, "fatol": 1e-9},
             )
+
+    def _cost_of_one(self, numbers: Floats) -> float:
+        return float(self.cost(numbers[None])[0])
 
     def layout(self, numbers: Floats) -> Known:
         """The layout of numbers that are usable."""

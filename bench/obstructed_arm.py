@@ -83,7 +83,8 @@ class ObstructedArm:
         found = own_stands(self.task, places, yaws)
         value = found.objective + 10.0 * found.wrong
         order = np.argsort(np.where(found.usable, 0.0, 1e9) + value, axis=0)[:BRANCHES]
-        value, usable, yaw = (np.take_along_axis(a, order, axis=0) for a in (value, found.usable, found.yaw))
+        value, yaw = np.take_along_axis(value, order, axis=0), np.take_along_axis(found.yaw, order, axis=0)
+        usable = np.take_along_axis(found.usable, order, axis=0)
         joints = np.take_along_axis(found.joints, order[..., None, None], axis=0)
         shape = (*value.shape, len(self.poses), len(self.radii), 3)
         centres = np.zeros(shape)
@@ -115,8 +116,8 @@ class ObstructedArm:
                 gaps = np.min(point_distances(piece, inside.copy()) - self.radii[mine], axis=1)
                 lack = np.maximum(lack, float(around.clearances.arm_part or 0.0) - gaps)
         if around.floor is not None:
-            for k in np.flatnonzero(lack <= 0.0):
-                lack[k] = max(-floor_gap(self.cell, self.index, stands[k]), 0.0)
+            for row in np.flatnonzero(lack <= 0.0):
+                lack[row] = max(-floor_gap(self.cell, self.index, stands[row]), 0.0)
         return lack
 
     def _obstructed(self, stands: Floats, centres: Floats, required: float) -> Floats:

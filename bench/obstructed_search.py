@@ -10,11 +10,11 @@ from dataclasses import dataclass
 from time import process_time
 
 import numpy as np
-from scipy.optimize import differential_evolution
 
 from bench.cell_draw import Known, base_frames, coarse, keeps_clear
 from bench.dense_check import dense_check
 from bench.dense_path import follow, object_steps
+from bench.evolution import evolve
 from bench.long_search import Longest
 from bench.obstructed_arm import DEEP, Looks, ObstructedArm
 from bench.own_ties import free_bases
@@ -155,19 +155,7 @@ class _Search:
 
     def evolve(self, rng: np.random.Generator) -> None:
         """One run of differential evolution, and a descent from what is best then."""
-        differential_evolution(
-            lambda columns: self.cost(columns.T),
-            [(float(low), float(high)) for low, high in self.free.bounds[self.open]],
-            popsize=12,
-            maxiter=100,
-            tol=1e-5,
-            mutation=(0.4, 1.0),
-            polish=False,
-            vectorized=True,
-            updating="deferred",
-            rng=rng,
-            callback=lambda intermediate_result: self.over,
-        )
+        evolve(self.cost, self.free.bounds[self.open], lambda: self.over, rng, popsize=12, maxiter=100, tol=1e-5)
         if self.found:
             self.descend(self.found[-1].numbers[self.open], rng, 0.02)
 

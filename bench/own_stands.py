@@ -168,7 +168,8 @@ def _turned(task: OwnTask, joints: Floats) -> tuple[Floats, Floats]:
         pick = np.argmin(np.where(out > 0.0, 1e12 * (1.0 + out), cost), axis=-1)[..., None]
         centre = np.take_along_axis(np.stack([tried, better]), pick[None], axis=-1)
         if not base.yaw_free:
-            centre = np.clip(centre, *sorted((-task.sense * (middle - half), -task.sense * (middle + half))))
+            least, most = sorted((-task.sense * (middle - half), -task.sense * (middle + half)))
+            centre = np.clip(centre, least, most)
         tried = np.concatenate([*centre, 0.5 * (centre[0] + centre[1])], axis=-1)
     cost, out, _ = _of_shifts(tried, low, high, best, heavy)
     pick = np.argmin(np.where(out > 0.0, 1e12 * (1.0 + out), cost), axis=-1)[..., None]
@@ -227,5 +228,6 @@ def conditioning(task: OwnTask, joints: Floats) -> Floats:
 
 def _about(axis: Floats, angle: Floats) -> Floats:
     cross = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
-    made: Floats = np.eye(3) + np.sin(angle)[:, None, None] * cross
-    return made + (1.0 - np.cos(angle))[:, None, None] * (cross @ cross)
+    sine, cosine = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
+    made: Floats = np.eye(3) + sine * cross + (1.0 - cosine) * (cross @ cross)
+    return made

@@ -39,7 +39,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--cpu", action="store_true", help="limits are CPU time: for a machine that is busy otherwise")
     given = parser.parse_args(arguments)
     if given.cpu:
-        time.perf_counter = trial.perf_counter = time.process_time
+        for clock in (time, trial):
+            vars(clock)["perf_counter"] = time.process_time
     ask(thesis_line(10))  # what is made once is not the first cell's
     print(summary(run(options_from(given), lambda number: attempt(numbered_cell(number), given.limit), say)))
     return 0
@@ -111,7 +112,7 @@ def keeps_wrists(cell: Cell, joints: tuple[np.ndarray, ...]) -> bool:
 def verdict(record: Record) -> str:
     """What is wrong with an answer; "" if nothing."""
     if record["word"] == "error":
-        return "ERROR " + record["detail"]
+        return f"ERROR {record['detail']}"
     if record["objective"] is None and record["known"] is not None:
         return "WRONG NO" if record["word"] == "infeasible" else "UNKNOWN"
     if record["kind"] == "blocked" and record["objective"] is not None:

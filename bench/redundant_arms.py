@@ -96,7 +96,7 @@ def with_few_poses(cell: Cell) -> tuple[Cell, Ints]:
     new = ~(inner & np.concatenate([[False], inner[:-1]]))
     rows = np.cumsum(new) - 1
     kept = np.array([np.flatnonzero(rows == k)[np.sum(rows == k) // 2] for k in range(int(rows[-1]) + 1)])
-    return replace(cell, task=Task(poses[kept], weights=np.bincount(rows, weights))), rows
+    return replace(cell, task=Task(poses[kept], weights=np.bincount(rows, weights).astype(np.float64))), rows
 
 
 def _searched(cell: Cell, arm: Arm) -> list[Optimum]:

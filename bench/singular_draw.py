@@ -35,8 +35,8 @@ def singular_problem(name: str, rng: np.random.Generator, allow: bool, jobs: int
     lower, upper = chain.lower.copy(), chain.upper.copy()
     joint = int(rng.integers(6))
     if rng.random() < 0.5:
-        ends = np.clip([lower[joint], upper[joint]], -7.0, 7.0)
-        low, high = np.sort(rng.uniform(*ends, 2))
+        first, last = np.clip([lower[joint], upper[joint]], -7.0, 7.0)
+        low, high = np.sort(rng.uniform(first, last, 2))
         lower[joint], upper[joint] = low - 0.2, high + 0.2
     side = Interval(-scale, scale)
     height = Interval(-0.3 * scale, 0.3 * scale) if rng.random() < 0.4 else Interval(0.0, 0.0)

@@ -91,8 +91,8 @@ def _drawn(
             posture = int(rng.choice(np.flatnonzero(fine[k][:, row])))
             joints, yaw = found[k].joints[:, posture, row].T, float(found[k].yaw[posture, row])
             layouts[k].append(ArmPoint(places[row], yaw, joints, ALL_SIGNS[posture]))
-    kept = [_turned(trees, couplings, pair, rng) for pair in zip(*layouts, strict=True)]
-    kept = [pair for pair in kept if pair is not None]
+    turned = (_turned(trees, couplings, pair, rng) for pair in zip(*layouts, strict=True))
+    kept = [pair for pair in turned if pair is not None]
     return [(_boxes(tree, [pair[k] for pair in kept], rng), [pair[k] for pair in kept]) for k, tree in enumerate(trees)]
 
 

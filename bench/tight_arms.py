@@ -92,7 +92,8 @@ def _about(cell: Cell, arm: Arm, place: Floats, yaw: float, joints: Floats, rng:
     turn = FREE_YAW if arm.base.yaw_free else arm.base.yaw
     if rng.random() < 0.6:
         turn = Interval(yaw - float(spare[3, 0]), yaw + float(spare[3, 1]))
-    base = BaseRegion(*(Interval(float(a), float(b)) for a, b in zip(low, high, strict=True)), turn)
+    x, y, z = (Interval(float(a), float(b)) for a, b in zip(low, high, strict=True))
+    base = BaseRegion(x, y, z, turn)
     some, beside = rng.random(arm.dof) < 0.4, rng.choice(SPARE, (2, arm.dof))
     lower = np.where(some, np.maximum(arm.lower, joints.min(axis=0) - beside[0]), arm.lower)
     upper = np.where(some, np.minimum(arm.upper, joints.max(axis=0) + beside[1]), arm.upper)

@@ -24,7 +24,7 @@ def lost_commit(setup: Setup) -> Finding:
     assert setup.postgres is not None
     seen, kept = [], True
     statements = {"add": b"INSERT INTO jobs", "claim": b"started_at=", "finish": b"finished_at="}
-    with proxied(setup.postgres) as (proxy, url), running(setup.folder, DUOCELL_DATABASE_URL=url) as server:
+    with proxied(setup.postgres) as (proxy, url), running(setup.folder, {"DUOCELL_DATABASE_URL": url}) as server:
         for what, statement in statements.items():
             if what == "claim":  # somebody must be in the way, so that it is queued first
                 server.post(request(LONG, "in the way", arms=2))
@@ -48,7 +48,7 @@ def lost_commit(setup: Setup) -> Finding:
 def lock_lost(setup: Setup) -> Finding:
     """The backend with the lock is terminated while another server waits for it."""
     assert setup.postgres is not None
-    first, second = Server(setup.folder / "a", **setup.settings), Server(setup.folder / "b", **setup.settings)
+    first, second = (Server(setup.folder / name, settings=setup.settings) for name in "ab")
     try:
         first.start()
         second.start(wait=False)
@@ -90,7 +90,7 @@ def terminate_locks(url: str) -> int:
 def silent(setup: Setup) -> Finding:
     """The database does not answer any more, and later does again."""
     assert setup.postgres is not None
-    with proxied(setup.postgres) as (proxy, url), running(setup.folder, DUOCELL_DATABASE_URL=url) as server:
+    with proxied(setup.postgres) as (proxy, url), running(setup.folder, {"DUOCELL_DATABASE_URL": url}) as server:
         location = server.post(request(3)).headers["location"]
         server.finished(location)
         proxy.fall_silent()
@@ -132,7 +132,7 @@ def wait_for(condition: Any, seconds: float) -> float:
 
 def standby(setup: Setup) -> Finding:
     """A server that does not own the store is asked to change things, and to tell of what happens."""
-    first, second = Server(setup.folder / "a", **setup.settings), Server(setup.folder / "b", **setup.settings)
+    first, second = (Server(setup.folder / name, settings=setup.settings) for name in "ab")
     try:
         first.start()
         done = first.post(request(3)).headers["location"]

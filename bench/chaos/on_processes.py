@@ -23,7 +23,7 @@ REQUESTS = 400
 
 def kills(setup: Setup) -> Finding:
     """The server is ended again and again while clients send, each request until it is acknowledged."""
-    server = Server(setup.folder, **setup.settings)
+    server = Server(setup.folder, settings=setup.settings)
     draws = random.Random(1)
     locations: dict[int, str] = {}
 
@@ -94,7 +94,7 @@ def _upload_into(answers: list[str], server: Server, name: str) -> None:
 def fork_server(setup: Setup) -> Finding:
     """The process that all others are forked from is killed; its successor is stopped, and the workers are killed."""
     with running(setup.folder) as server:
-        seen = []
+        seen: list[str] = []
         kept = True
         for number in (signal.SIGKILL, signal.SIGSTOP):
             forkers = [

@@ -67,7 +67,10 @@ def damaged(setup: Setup) -> Finding:
                 file.seek((root - 1) * size)
                 file.write(b"\xa5" * size)
         answers = [server.post(request(3)) for _ in range(5)]
-        ready = [server.get("/readyz").status for _ in range(20) if not time.sleep(0.25)]
+        ready = []
+        for _ in range(20):
+            time.sleep(0.25)
+            ready.append(server.get("/readyz").status)
         said = server.get("/readyz").body
     statuses = [answer.status for answer in answers]
     kept = set(statuses) == {503} and set(ready) == {503} and "damaged" in str(said)
@@ -122,15 +125,14 @@ def clock(setup: Setup) -> Finding:
         "DUOCELL_KEEP_JOBS": "3",
         "DUOCELL_KEEP_DELETED": "3600",
     }
-    with running(setup.folder, **settings) as server:
+    with running(setup.folder, settings) as server:
         for number in range(3):
             server.finished(server.post(request(3, f"old {number}")).headers["location"])
         moved.write_text("-3d")
-        key = {"Idempotency_Key": "once"}
-        first = server.post(request(3, "new"), **key)
+        first = server.post(request(3, "new"), Idempotency_Key="once")
         server.finished(first.headers["location"])
         time.sleep(3.0)  # old ones are forgotten meanwhile
-        again = server.post(request(3, "new"), **key)
+        again = server.post(request(3, "new"), Idempotency_Key="once")
         once = again.headers["location"] == first.headers["location"]
         newest = server.get("/v1/layouts?limit=1").body["items"][0]["name"]
         mesh = upload_mesh(server, "box")

@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,13 +37,21 @@ class Reply:
 class Server:
     """`duocell serve` with a folder and settings of its own."""
 
-    def __init__(self, folder: Path, *, before: tuple[str, ...] = (), stderr: Any = None, **settings: str) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        *,
+        before: tuple[str, ...] = (),
+        stderr: Any = None,
+        settings: Mapping[str, str] | None = None,
+    ) -> None:
         self.folder = folder
         self.port = free_port()
         self.url = f"http://127.0.0.1:{self.port}"
         self._before = before
         self._stderr = stderr
-        self._settings = {"DUOCELL_DATA_DIR": str(folder), "DUOCELL_WORKERS": "1", "OMP_NUM_THREADS": "1"} | settings
+        self._settings = {"DUOCELL_DATA_DIR": str(folder), "DUOCELL_WORKERS": "1", "OMP_NUM_THREADS": "1"}
+        self._settings |= settings or {}
         self.process: subprocess.Popen[bytes] | None = None
 
     @property
@@ -131,9 +139,9 @@ class Server:
 
 
 @contextmanager
-def running(folder: Path, **given: Any) -> Iterator[Server]:
+def running(folder: Path, settings: Mapping[str, str] | None = None) -> Iterator[Server]:
     """A server that is ready, and gone in the end."""
-    server = Server(folder, **given)
+    server = Server(folder, settings=settings)
     try:
         server.start()
         yield server

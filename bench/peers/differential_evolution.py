@@ -5,17 +5,26 @@ from __future__ import annotations
 from itertools import count
 
 import numpy as np
-from scipy.optimize import differential_evolution
+from scipy.optimize import Bounds, differential_evolution
 
 from bench.problem import Problem
+from models.arrays import Floats
 
 
 def search(problem: Problem, seed: int) -> None:
     """Evolve until stopped."""
-    bounds = list(zip(problem.low, problem.high, strict=True))
+    bounds = Bounds(problem.low, problem.high)
+
+    def costs(columns: Floats) -> Floats:
+        return problem.costs(columns.T)
+
+    def cost(x: Floats) -> float:
+        return float(problem.costs(x[None])[0])
+
     for attempt in count():
         rng = np.random.default_rng([seed, attempt])
         if problem.batched:
-            differential_evolution(lambda x: problem.costs(x.T), bounds, rng=rng, vectorized=True, updating="deferred")
+            # The stubs know of no vectorised objective.
+            differential_evolution(costs, bounds, rng=rng, vectorized=True, updating="deferred")  # type: ignore[arg-type]
         else:
-            differential_evolution(lambda x: float(problem.costs(x[None])[0]), bounds, rng=rng)
+            differential_evolution(cost, bounds, rng=rng)

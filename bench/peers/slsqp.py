@@ -17,7 +17,7 @@ STEP = 1e-7
 def search(problem: Problem, seed: int) -> None:
     """Start again and again until stopped."""
     rng = np.random.default_rng(seed)
-    n = len(problem.low)
+    n, bounds = len(problem.low), Bounds(problem.low, problem.high)
 
     def cost(x: Floats) -> float:
         return float(problem.costs(x[None])[0])
@@ -30,11 +30,7 @@ def search(problem: Problem, seed: int) -> None:
 
     while True:
         start = rng.uniform(problem.low, problem.high, n)
-        minimize(
-            cost_and_gradient if problem.batched else cost,
-            start,
-            jac=problem.batched or None,
-            method="SLSQP",
-            bounds=Bounds(problem.low, problem.high),
-            options={"maxiter": 200},
-        )
+        if problem.batched:
+            minimize(cost_and_gradient, start, jac=True, method="SLSQP", bounds=bounds, options={"maxiter": 200})
+        else:
+            minimize(cost, start, method="SLSQP", bounds=bounds, options={"maxiter": 200})

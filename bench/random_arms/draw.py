@@ -93,7 +93,7 @@ def _fixed_arm(rng: np.random.Generator, mount: Floats, name: str | None = None)
     """An arm at a fixed base, with a tool and a grasp."""
     robot = catalogue.robot(name or str(rng.choice(closed_form_robots())))
     place, yaw = np.array([*rng.uniform(-1.0, 1.0, 2), rng.uniform(-0.2, 0.6)]), float(rng.uniform(-np.pi, np.pi))
-    sides = [Interval(float(v), float(v)) for v in place]
+    x, y, z = (Interval(float(v), float(v)) for v in place)
     reference = robot.reference
     if rng.random() < 0.4:
         low, high = _ends(robot.lower, robot.upper)
@@ -101,9 +101,9 @@ def _fixed_arm(rng: np.random.Generator, mount: Floats, name: str | None = None)
     weights = [range_weights, equal_weights][int(rng.integers(2))](robot.lower, robot.upper)
     if rng.random() < 0.15:
         weights = rng.permutation([0.0, 0.0, 0.1, 1.0, 1.0, 10.0])
-    frames = [_frame(rng) if rng.random() < 0.6 else np.eye(4) for _ in range(2)]
-    base = BaseRegion(*sides, Interval(yaw, yaw))
-    return Arm("arm", robot, *frames, base, robot.lower, robot.upper, reference, weights, mount=mount)
+    tool, grasp = (_frame(rng) if rng.random() < 0.6 else np.eye(4) for _ in range(2))
+    base = BaseRegion(x, y, z, Interval(yaw, yaw))
+    return Arm("arm", robot, tool, grasp, base, robot.lower, robot.upper, reference, weights, mount=mount)
 
 
 def _frame(rng: np.random.Generator) -> Floats:
@@ -139,10 +139,10 @@ def _region(rng: np.random.Generator, planted: Planted, shapes: tuple[str, ...],
     sizes = {"slit": (0.04, 2.4), "sliver": (0.004, 0.6), "mid": (1.0, 1.0), "wide": (3.2, 3.2), "spot": (0.0, 0.0)}
     width = np.array([*rng.permutation(sizes[shape]), rng.uniform(0.1, 1.0) if deep else 0.0])
     low = fixed[:3] - width * rng.uniform(0.05, 0.95, 3)
-    sides = [Interval(float(a), float(a + w)) for a, w in zip(low, width, strict=True)]
+    x, y, z = (Interval(float(a), float(a + w)) for a, w in zip(low, width, strict=True))
     across = float(rng.choice([0.1, 1.5, 3.1, TURN]))
     start = float(fixed[3] - across * rng.uniform(0.05, 0.95))
-    return BaseRegion(*sides, FREE_YAW if across == TURN else Interval(start, start + across))
+    return BaseRegion(x, y, z, FREE_YAW if across == TURN else Interval(start, start + across))
 
 
 def _cell(planted: Planted, **given: object) -> Cell:

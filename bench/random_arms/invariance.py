@@ -34,16 +34,16 @@ def moved(cell: Cell, quarter: int, shift: tuple[float, float, float]) -> Cell:
     arm = cell.arms[0]
     turn = np.round(rotation_z(quarter * np.pi / 2))
     corners = arm.base.bounds[:3].T @ turn.T + shift
-    sides = [
+    x, y, z = (
         Interval(float(low), float(high)) for low, high in zip(corners.min(axis=0), corners.max(axis=0), strict=True)
-    ]
+    )
     yaw, mount = arm.base.yaw, turn @ arm.mount
     if arm.upright:
         mount = arm.mount
         if not arm.base.yaw_free:
             yaw = Interval(yaw.low + quarter * np.pi / 2, yaw.high + quarter * np.pi / 2)
     task = replace(cell.task, poses=transform(turn, np.asarray(shift)) @ cell.task.poses)
-    return replace(cell, task=task, arms=(replace(arm, base=BaseRegion(*sides, yaw), mount=mount),))
+    return replace(cell, task=task, arms=(replace(arm, base=BaseRegion(x, y, z, yaw), mount=mount),))
 
 
 def reversed_poses(cell: Cell) -> Cell:

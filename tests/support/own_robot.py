@@ -69,12 +69,14 @@ def fork() -> trimesh.Trimesh:
 
 
 def as_stl(mesh: trimesh.Trimesh) -> bytes:
-    data: bytes = mesh.export(file_type="stl")
+    data = mesh.export(file_type="stl")
+    assert isinstance(data, bytes)
     return data
 
 
 def as_obj(mesh: trimesh.Trimesh) -> bytes:
-    text: str = mesh.export(file_type="obj")
+    text = mesh.export(file_type="obj")
+    assert isinstance(text, str)
     return text.encode()
 
 

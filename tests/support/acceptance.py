@@ -36,7 +36,8 @@ def load(name: str) -> tuple[Cell, dict[str, Any]]:
             given["weights"] = np.array(body["weights"])
         assert body.get("limits") is None
         assert isinstance(body.get("weights", "range"), list) or body.get("weights", "range") == "range"
-        given["posture"] = Posture(**{key: table[words[key]] for key, table in tables if words.get(key)})
+        signs: dict[str, Any] = {key: table[words[key]] for key, table in tables if words.get(key)}
+        given["posture"] = Posture(**signs)
         arms.append(make_arm(body["robot"], body["name"], region(**body["base"]), **given))
     return Cell(task, tuple(arms), request.get("max_joint_step", np.pi / 2), name), expected
 

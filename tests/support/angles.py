@@ -5,13 +5,17 @@ from __future__ import annotations
 from math import pi
 
 import numpy as np
+from numpy.typing import ArrayLike
+
+from models.arrays import Floats
 
 TURN = 2.0 * pi
 
 
-def wrapped(angle):
+def wrapped(angle: ArrayLike) -> Floats:
     """In [-π, π)."""
-    return (np.asarray(angle) + pi) % TURN - pi
+    result: Floats = (np.asarray(angle, dtype=np.float64) + pi) % TURN - pi
+    return result
 
 
 def same_set(first: np.ndarray, second: np.ndarray, tolerance: float) -> bool:

@@ -19,7 +19,8 @@ def flange(arm: Arm, joints: np.ndarray) -> np.ndarray:
     model = pinocchio_model(arm.robot)
     data = model.createData()
     pin.framesForwardKinematics(model, data, np.asarray(joints, dtype=float))
-    return data.oMf[model.getFrameId(FLANGE)].homogeneous.copy()
+    placed: np.ndarray = data.oMf[model.getFrameId(FLANGE)].homogeneous.copy()
+    return placed
 
 
 def reached(arm: Arm, position: np.ndarray, yaw: float, joints: np.ndarray) -> np.ndarray:
@@ -27,7 +28,8 @@ def reached(arm: Arm, position: np.ndarray, yaw: float, joints: np.ndarray) -> n
     turn = np.array([[np.cos(yaw), -np.sin(yaw), 0.0], [np.sin(yaw), np.cos(yaw), 0.0], [0.0, 0.0, 1.0]])
     base = np.eye(4)
     base[:3, :3], base[:3, 3] = arm.mount @ turn, position
-    return base @ flange(arm, joints) @ arm.tool
+    tool: np.ndarray = base @ flange(arm, joints) @ arm.tool
+    return tool
 
 
 def turn_between(first: np.ndarray, second: np.ndarray) -> float:
@@ -55,7 +57,9 @@ def assert_sound(cell: Cell, layout: Layout) -> None:
     assert layout.objective == pytest.approx(sum(p.objective for p in layout.placements), rel=1e-12)
     assert [(job.first_pose, job.poses) for job in layout.jobs] == [(j.start, j.stop - j.start) for j in cell.task.jobs]
     assert [job.name for job in layout.jobs] == list(cell.task.names)
-    assert layout.objective == pytest.approx(sum(job.objective for job in layout.jobs), rel=1e-12)
+    shares = [job.objective for job in layout.jobs if job.objective is not None]
+    assert len(shares) == len(layout.jobs)
+    assert layout.objective == pytest.approx(sum(shares), rel=1e-12)
     check = layout.verification
     assert check is not None
     assert check.limits_respected
@@ -118,6 +122,7 @@ def _assert_posture(arm: Arm, placement: Placement) -> None:
     if signs is None:
         return
     names = {"shoulder": ("left", "right"), "elbow": ("up", "down"), "wrist": ("flip", "noflip")}
+    assert placement.posture is not None
     assert set(placement.posture) == set(names) == set(placement.singularity_distances)
     for key, (name, words) in enumerate(names.items()):
         assert placement.posture[name] in words

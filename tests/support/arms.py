@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from math import pi
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from models import catalogue
 from models.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
@@ -13,20 +15,23 @@ from models.posture import Posture
 from models.reference import mid_range
 from models.robot import Robot
 
+Side = ArrayLike | Interval
+"""A number where there is nothing to choose, or both ends."""
 
-def region(x=(-1.0, 1.0), y=(-1.0, 1.0), z=0.0, yaw=FREE_YAW) -> BaseRegion:
+
+def region(x: Side = (-1.0, 1.0), y: Side = (-1.0, 1.0), z: Side = 0.0, yaw: Side = FREE_YAW) -> BaseRegion:
     """A base region from numbers (fixed), pairs or intervals."""
-    return BaseRegion(*(_interval(value) for value in (x, y, z, yaw)))
+    return BaseRegion(_interval(x), _interval(y), _interval(z), _interval(yaw))
 
 
-def _interval(value) -> Interval:
+def _interval(value: Side) -> Interval:
     if isinstance(value, Interval):
         return value
-    low, high = (value, value) if np.isscalar(value) else value
+    low, high = np.broadcast_to(np.asarray(value, dtype=float), 2)
     return Interval(float(low), float(high))
 
 
-def make_arm(robot: str | Robot = "puma560", name: str = "arm", base: BaseRegion | None = None, **given) -> Arm:
+def make_arm(robot: str | Robot = "puma560", name: str = "arm", base: BaseRegion | None = None, **given: Any) -> Arm:
     """An arm of a cell; ``given`` are fields of `Arm`, the rest as a request leaves them."""
     robot = catalogue.robot(robot) if isinstance(robot, str) else robot
     lower = np.array(given.pop("lower", robot.lower), dtype=float)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -31,7 +33,7 @@ def carried(count: int = 4, turn: float = 0.0, height: float = 0.35) -> Task:
     return Task(transform(rotation_z(turn * shares), positions))
 
 
-def one_arm(robot: str = "ur5e", task: Task | None = None, obstacles=(), **given) -> Cell:
+def one_arm(robot: str = "ur5e", task: Task | None = None, obstacles: Sequence[Body] = (), **given: Any) -> Cell:
     """An arm that may stand within half a metre of the way, at height 0."""
     arm = make_arm(
         robot,

@@ -101,7 +101,7 @@ def _limits(chain: Robot, rng: np.random.Generator) -> tuple[np.ndarray, np.ndar
     joint, chance = rng.integers(6), rng.random()
     if chance < 0.4:
         ends = np.where(np.isfinite(lower[joint]), [lower[joint], upper[joint]], [-7.0, 7.0])
-        low, high = np.sort(rng.uniform(*ends, 2))
+        low, high = np.sort(rng.uniform(ends[0], ends[1], 2))
         lower[joint], upper[joint] = low - 0.2, high + 0.2
     elif chance < 0.55:
         lower[joint], upper[joint] = -np.inf, np.inf

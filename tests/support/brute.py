@@ -119,7 +119,8 @@ def brute_force(cell: Cell, arm: Arm, counts: tuple[int, int, int], known: np.nd
     bounds = arm.base.bounds[:3]
     free = bounds[:, 1] > bounds[:, 0]
     axes = [
-        np.linspace(*pair, count) if count > 1 else [pair.mean()] for pair, count in zip(bounds, counts, strict=True)
+        np.linspace(pair[0], pair[1], count) if count > 1 else [pair.mean()]
+        for pair, count in zip(bounds, counts, strict=True)
     ]
     points = [np.array(point) for point in product(*axes)]
     if known is not None:
@@ -141,6 +142,11 @@ def brute_force(cell: Cell, arm: Arm, counts: tuple[int, int, int], known: np.nd
         width = 0.5 * (bounds[free, 1] - bounds[free, 0]) / np.maximum(np.array(counts)[free] - 1, 1)
         towards_the_middle = np.where(start > bounds[free].mean(axis=1), -width, width)
         simplex = np.concatenate([start[None], start + np.diag(towards_the_middle)])
-        options = {"initial_simplex": simplex, "xatol": 1e-4, "fatol": 1e-6, "maxfev": 120}
-        best = min(best, float(minimize(cost, start, method="Nelder-Mead", options=options).fun))
+        found = minimize(
+            cost,
+            start,
+            method="Nelder-Mead",
+            options={"initial_simplex": simplex, "xatol": 1e-4, "fatol": 1e-6, "maxfev": 120},
+        )
+        best = min(best, float(found.fun))
     return best

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from models.arm import Arm
@@ -14,6 +17,7 @@ from models.floor import Footprint
 from models.kinematics import flange_poses
 from models.links import link_bodies
 from models.pose import inverse, rotation_x, rotation_z, transform
+from models.robot import Robot
 from models.shapes import Body, Box, Capsule, HalfSpace
 from models.surroundings import Clearances, Equipment, Part, Pedestal, Surroundings
 from models.task import Task
@@ -40,7 +44,13 @@ class Scene:
     joints: list[np.ndarray]
 
 
-def holding(robots, bases, postures, poses, **surroundings) -> Scene:
+def holding(
+    robots: Sequence[str | Robot],
+    bases: Sequence[np.ndarray],
+    postures: Sequence[np.ndarray],
+    poses: np.ndarray,
+    **surroundings: Any,
+) -> Scene:
     """Arms that hold the object at the first pose in given postures, and follow it to the others in small steps."""
     arms: list[Arm] = []
     for index, (robot, base, q) in enumerate(zip(robots, bases, postures, strict=True)):
@@ -58,7 +68,7 @@ def holding(robots, bases, postures, poses, **surroundings) -> Scene:
     return Scene(cell, Surroundings(**surroundings), np.array(bases), joints)
 
 
-def _followed(arm, base, before, after, q):
+def _followed(arm: Arm, base: np.ndarray, before: np.ndarray, after: np.ndarray, q: np.ndarray) -> np.ndarray:
     turn = Rotation.from_matrix(before[:3, :3].T @ after[:3, :3]).as_rotvec()
     for share in np.linspace(0.1, 1.0, 10):
         pose = transform(
@@ -72,7 +82,13 @@ def _followed(arm, base, before, after, q):
     return q
 
 
-def beam_pair(robot: str = "ur10e", count: int = 5, obstacles=(), clearances=ALL, shift=(0.4, 0.0, 0.1)) -> Scene:
+def beam_pair(
+    robot: str = "ur10e",
+    count: int = 5,
+    obstacles: Sequence[Body] = (),
+    clearances: Clearances = ALL,
+    shift: Sequence[float] = (0.4, 0.0, 0.1),
+) -> Scene:
     """Two arms with pedestals and grippers, side by side, that move a beam."""
     start = transform(np.eye(3), [0.0, 0.75, 0.9])
     shares = np.linspace(0.0, 1.0, count)[:, None]
@@ -83,7 +99,15 @@ def beam_pair(robot: str = "ur10e", count: int = 5, obstacles=(), clearances=ALL
     return holding_at(robot, bases, grasps, poses, reference, obstacles, clearances)
 
 
-def holding_at(robot, bases, grasps, poses, seed, obstacles, clearances) -> Scene:
+def holding_at(
+    robot: str | Robot,
+    bases: Sequence[np.ndarray],
+    grasps: Sequence[np.ndarray],
+    poses: np.ndarray,
+    seed: np.ndarray,
+    obstacles: Sequence[Body],
+    clearances: Clearances,
+) -> Scene:
     """Arms with given grasps; the joints come from Newton's method from one seed."""
     tool = transform(np.eye(3), [0.0, 0.0, 0.12])
     arms = tuple(make_arm(robot, f"arm {i}", grasp=grasp, tool=tool) for i, grasp in enumerate(grasps))
@@ -107,10 +131,10 @@ def holding_at(robot, bases, grasps, poses, seed, obstacles, clearances) -> Scen
     return Scene(cell, surroundings, np.array(bases), joints)
 
 
-def random_obstacles(rng: np.random.Generator, count: int, low, high) -> tuple[Body, ...]:
+def random_obstacles(rng: np.random.Generator, count: int, low: ArrayLike, high: ArrayLike) -> tuple[Body, ...]:
     """Solids of every kind in a box of the world."""
     bodies = []
     for index in range(count):
-        pose = transform(Rotation.random(rng=rng).as_matrix(), rng.uniform(low, high))
+        pose = transform(Rotation.random(rng=rng).as_matrix(), rng.uniform(np.asarray(low), np.asarray(high)))
         bodies.append(Body(f"obstacle {index}", pose, random_shape(KINDS[index % len(KINDS)], rng)))
     return tuple(bodies)

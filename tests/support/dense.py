@@ -9,9 +9,10 @@ import numpy as np
 import pinocchio as pin
 from scipy.spatial.transform import Rotation, Slerp
 
+from models.arm import Arm
 from models.collision import CollisionModel
 from models.kinematics import FLANGE, pinocchio_model
-from models.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
+from models.shapes import Box, Capsule, Cylinder, HalfSpace, Shape, Sphere
 from tests.support.cells import Scene
 
 
@@ -21,7 +22,7 @@ def dense_minima(scene: Scene, model: CollisionModel, steps: int) -> dict[str, f
     return _minima(scene, model, objects, joints)
 
 
-def _path(scene: Scene, steps: int):
+def _path(scene: Scene, steps: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
     poses = scene.cell.task.poses
     objects = []
     for start, end in pairwise(poses):
@@ -45,7 +46,7 @@ def _path(scene: Scene, steps: int):
     return objects, joints
 
 
-def _newton(arm, target, q):
+def _newton(arm: Arm, target: np.ndarray, q: np.ndarray) -> np.ndarray:
     model = pinocchio_model(arm.robot)
     data, frame, goal = model.createData(), model.getFrameId(FLANGE), pin.SE3(target)
     for _ in range(20):
@@ -58,7 +59,9 @@ def _newton(arm, target, q):
     return q
 
 
-def _minima(scene: Scene, model: CollisionModel, objects, joints) -> dict[str, float]:
+def _minima(
+    scene: Scene, model: CollisionModel, objects: list[np.ndarray], joints: list[np.ndarray]
+) -> dict[str, float]:
     b = model.bodies
     geometries = [_geometry(body.shape) for body in b.bodies]
     counted = model.configure(scene.bases, [q[:1] for q in joints], np.array(objects[:1])).counted
@@ -69,7 +72,10 @@ def _minima(scene: Scene, model: CollisionModel, objects, joints) -> dict[str, f
         frames = [_frames(arm, base, q[k]) for arm, base, q in zip(scene.cell.arms, scene.bases, joints, strict=True)]
         places = []
         for owner, body in zip(b.owners, b.bodies, strict=True):
-            frame = frames[owner.arm][owner.link] if owner.arm is not None else pose if owner.part else np.eye(4)
+            if owner.arm is not None and owner.link is not None:
+                frame = frames[owner.arm][owner.link]
+            else:
+                frame = pose if owner.part else np.eye(4)
             placed = frame @ body.pose
             places.append(coal.Transform3s(placed[:3, :3], placed[:3, 3]))
         for i, j, kind in zip(b.first[counted], b.second[counted], np.array(b.kinds)[counted], strict=True):
@@ -78,14 +84,14 @@ def _minima(scene: Scene, model: CollisionModel, objects, joints) -> dict[str, f
     return minima
 
 
-def _frames(arm, base, q):
+def _frames(arm: Arm, base: np.ndarray, q: np.ndarray) -> list[np.ndarray]:
     model = pinocchio_model(arm.robot)
     data = model.createData()
     pin.forwardKinematics(model, data, q)
     return [base] + [base @ data.oMi[i].homogeneous for i in range(1, arm.dof + 1)]
 
 
-def _geometry(shape):
+def _geometry(shape: Shape) -> coal.CollisionGeometry:
     if isinstance(shape, Box):
         return coal.Box(*shape.size)
     if isinstance(shape, Sphere):

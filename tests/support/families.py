@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from models.family import Job, family
 from models.kinematics import flange_poses
 from models.pose import inverse
+from models.robot import Robot
 from models.task import Task
 from tests.support.signs import axis_signs
 from tests.support.tasks import Possible, possible, way_of_joints
 
 
 def possible_family(
-    robot,
+    robot: str | Robot,
     rng: np.random.Generator,
     weights: tuple[float, ...] = (1.0, 1.0),
     poses: int = 4,
     step: float = 0.12,
-    **given,
+    **given: Any,
 ) -> Possible:
     """A random possible family.
 

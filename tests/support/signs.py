@@ -42,15 +42,18 @@ def axis_signs(robot: Robot, joints: np.ndarray) -> np.ndarray | None:
     upper, fore = (link - axis[1] * _dot(axis[1], link)[:, None] for link in (upper, fore))
     bend = _dot(axis[1], np.cross(upper, fore))
     twist = _dot(axis[4], np.cross(axis[1] if parallel else axis[3], axis[5]))
-    return np.sign(np.stack([front, bend, twist], axis=1))
+    signs: np.ndarray = np.sign(np.stack([front, bend, twist], axis=1))
+    return signs
 
 
 def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.sum(a * b, axis=-1)
+    product: np.ndarray = np.sum(a * b, axis=-1)
+    return product
 
 
 def _nearest(p: np.ndarray, u: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
     """The points of lines (p, u) nearest to lines (q, v)."""
     n = np.cross(u, v)
     along = _dot(np.cross(q - p, v), n) / _dot(n, n)
-    return p + u * along[:, None]
+    nearest: np.ndarray = p + u * along[:, None]
+    return nearest

@@ -7,18 +7,19 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from models.pose import transform
-from models.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Sphere
+from models.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
 
-KINDS = (Box, Sphere, Cylinder, Capsule, ConvexHull)
+KINDS: tuple[type[Shape], ...] = (Box, Sphere, Cylinder, Capsule, ConvexHull)
 
 
-def random_shape(kind, rng: np.random.Generator):
+def random_shape(kind: type[Shape], rng: np.random.Generator) -> Shape:
     if kind is Box:
         return Box(rng.uniform(0.02, 0.6, 3))
     if kind is Sphere:
         return Sphere(rng.uniform(0.02, 0.3))
     if kind is ConvexHull:
         return ConvexHull(rng.normal(size=(rng.integers(5, 30), 3)) * rng.uniform(0.05, 0.3, 3))
+    assert kind is Cylinder or kind is Capsule
     return kind(rng.uniform(0.02, 0.3), rng.uniform(0.02, 0.8))
 
 
@@ -29,7 +30,7 @@ def random_pose(rng: np.random.Generator, size: float = 0.5) -> np.ndarray:
 SEED = st.integers(0, 2**32 - 1)
 
 
-def support(shape, pose: np.ndarray, directions: np.ndarray) -> np.ndarray:
+def support(shape: Shape, pose: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """(k,) m: how far a solid reaches in directions (k, 3)."""
     local = directions @ pose[:3, :3]
     if isinstance(shape, Box):
@@ -44,14 +45,16 @@ def support(shape, pose: np.ndarray, directions: np.ndarray) -> np.ndarray:
         reach = np.where(local[:, 2] > 1.0 - 1e-12, 0.0, np.inf)
     else:
         reach = np.max(local @ shape.points.T, axis=1)
-    return reach + directions @ pose[:3, 3]
+    farthest: np.ndarray = reach + directions @ pose[:3, 3]
+    return farthest
 
 
-def signed_distance(first, first_pose, second, second_pose) -> float:
+def signed_distance(first: Shape, first_pose: np.ndarray, second: Shape, second_pose: np.ndarray) -> float:
     """The widest gap between two solids over all directions; negative: the depth of the shallowest way out."""
 
-    def gaps(directions):
-        return -support(first, first_pose, directions) - support(second, second_pose, -directions)
+    def gaps(directions: np.ndarray) -> np.ndarray:
+        gap: np.ndarray = -support(first, first_pose, directions) - support(second, second_pose, -directions)
+        return gap
 
     if isinstance(second, HalfSpace):
         return float(gaps(-second_pose[:3, 2][None])[0])
@@ -84,7 +87,7 @@ def signed_distance(first, first_pose, second, second_pose) -> float:
     return best
 
 
-def surface_points(shape, pose: np.ndarray, rng: np.random.Generator, count: int = 60) -> np.ndarray:
+def surface_points(shape: Shape, pose: np.ndarray, rng: np.random.Generator, count: int = 60) -> np.ndarray:
     """(count, 3) points of a solid: where random planes touch it."""
     directions = rng.normal(size=(count, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
@@ -99,5 +102,7 @@ def surface_points(shape, pose: np.ndarray, rng: np.random.Generator, count: int
         ring = local[:, :2] / np.linalg.norm(local[:, :2], axis=1, keepdims=True)
         points = np.column_stack([shape.radius * ring, 0.5 * shape.length * np.sign(local[:, 2])])
     else:
+        assert isinstance(shape, ConvexHull)
         points = shape.points[np.argmax(local @ shape.points.T, axis=1)]
-    return points @ pose[:3, :3].T + pose[:3, 3]
+    placed: np.ndarray = points @ pose[:3, :3].T + pose[:3, 3]
+    return placed

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from models.arm import Arm, BaseRegion, Interval, range_weights
+from models.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
 from models.cell import Cell
 from models.chain import chain_of
 from models.kinematics import characteristic_length, conditioning, flange_poses
 from models.pose import inverse, rotation_z, transform
+from models.robot import Robot
 from models.task import Task
 from tests.support.arms import make_arm, random_joints
 from tests.support.signs import axis_signs
@@ -31,14 +33,14 @@ class Possible:
 
 
 def possible(
-    robot,
+    robot: str | Robot,
     rng: np.random.Generator,
     poses: int = 5,
     step: float = 0.12,
     half: tuple[float, float, float, float] = (0.5, 0.5, 0.0, np.pi),
     max_joint_step: float = np.pi / 2,
     tight: float | None = None,
-    **given,
+    **given: Any,
 ) -> Possible:
     """A random possible task.
 
@@ -66,10 +68,9 @@ def possible(
     object_in_world = flange @ arm.tool @ inverse(arm.grasp)
     # off the middle, so that the witness is no special point of the region
     centre = np.array([*position, yaw]) + rng.uniform(-0.6, 0.6, 4) * half
-    sides = [Interval(float(c - h), float(c + h)) for c, h in zip(centre, half, strict=True)]
-    if half[3] >= np.pi:
-        sides[3] = Interval(-np.pi, np.pi)
-    arm = replace(arm, base=BaseRegion(*sides))
+    x, y, z, turn = (Interval(float(c - h), float(c + h)) for c, h in zip(centre, half, strict=True))
+    base = BaseRegion(x, y, z, FREE_YAW if half[3] >= np.pi else turn)
+    arm = replace(arm, base=base)
     return Possible(Cell(Task(object_in_world), (arm,), max_joint_step), position, yaw, joints)
 
 
@@ -80,7 +81,7 @@ def way_of_joints(arm: Arm, rng: np.random.Generator, poses: int, step: float) -
     for _ in range(1000):
         start = random_joints(arm, 1, rng, 0.05)[0]
         bend = rng.normal(size=(2, arm.dof)) * step * (poses - 1)
-        path = start + way * bend[0] + way**2 * 0.3 * bend[1]
+        path: np.ndarray = start + way * bend[0] + way**2 * 0.3 * bend[1]
         inside = np.all((path > arm.lower + 0.02) & (path < arm.upper - 0.02))
         if not inside or np.min(conditioning(arm.robot, arm.tool, path, length)) < 0.03:
             continue
@@ -91,6 +92,6 @@ def way_of_joints(arm: Arm, rng: np.random.Generator, poses: int, step: float) -
     raise AssertionError(f"no path for {arm.robot.name}")
 
 
-def upright(robot) -> bool:
+def upright(robot: Robot) -> bool:
     """True if a base yaw only shifts joint 1."""
     return chain_of(robot).vertical_sign != 0

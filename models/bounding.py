@@ -8,6 +8,7 @@ than `ROUNDING`.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -59,12 +60,18 @@ def bounding(shape: Shape) -> Bounding:
         case Cylinder(radius=radius, length=length):
             half = np.array([radius, radius, 0.5 * length])
             return Bounding(_along_z(length), radius, np.zeros(3), half, exact=False)
-        case ConvexHull(points=points):
-            ends, radius = enclosing_capsule(points)
-            low, high = points.min(axis=0), points.max(axis=0)
-            return Bounding(ends, radius, 0.5 * (low + high), 0.5 * (high - low), exact=False)
+        case ConvexHull():
+            return _around_hull(shape)
         case HalfSpace():
             raise ValueError("a half-space has no bounds")
+
+
+@lru_cache(maxsize=4096)
+def _around_hull(hull: ConvexHull) -> Bounding:
+    """Bounds of a hull, kept by identity: they take a millisecond, and cells of a thousand pieces are built often."""
+    ends, radius = enclosing_capsule(hull.points)
+    low, high = hull.points.min(axis=0), hull.points.max(axis=0)
+    return Bounding(ends, radius, 0.5 * (low + high), 0.5 * (high - low), exact=False)
 
 
 def _along_z(length: float) -> Floats:

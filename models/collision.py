@@ -237,13 +237,20 @@ class CollisionModel:
         of_kind = self._of_kind.get(kind)
         if of_kind is None or len(known) == 0:
             return None
-        some = known[:, of_kind]
+        return self.closest_of(configurations, of_kind, known[:, of_kind])
+
+    def closest_of(self, configurations: Configurations, pairs: Ints, bounds: Floats) -> tuple[int, Contact] | None:
+        """The closest of some pairs (q,) over all configurations, with the configuration's number.
+
+        Args:
+            configurations: to look at. pairs: their numbers. bounds: (K, q) m; infinity hides a pair.
+        """
         best: tuple[int, Contact] | None = None
-        for index in np.argsort(some, axis=None, kind="stable"):
-            k, p = divmod(int(index), len(of_kind))
-            if not some[k, p] < (best[1].distance if best else np.inf):
+        for index in np.argsort(bounds, axis=None, kind="stable"):
+            k, p = divmod(int(index), len(pairs))
+            if not bounds[k, p] < (best[1].distance if best else np.inf):
                 break
-            contact = self.contact(configurations, k, int(of_kind[p]))
+            contact = self.contact(configurations, k, int(pairs[p]))
             if best is None or contact.distance < best[1].distance:
                 best = k, contact
         return best

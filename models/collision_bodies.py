@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -91,8 +92,13 @@ def collect(arms: Sequence[Arm], surroundings: Surroundings, holders: Sequence[A
 
     ``holders`` are all arms that hold the part, where ``arms`` are only some of them: the part is left out around the
     grasps of all. Left out as pairs: what an arm's last link and tool have with the part (they hold it), pairs of one
-    arm that `self_pairs` leaves out, two half-spaces.
+    arm that `self_pairs` leaves out, two half-spaces. The last few cells are kept: their models are built often.
     """
+    return _collected(tuple(arms), surroundings, None if holders is None else tuple(holders))
+
+
+@lru_cache(maxsize=4)
+def _collected(arms: tuple[Arm, ...], surroundings: Surroundings, holders: tuple[Arm, ...] | None) -> CellBodies:
     entries: list[Entry] = []
     groups: dict[tuple[str, int], list[int]] = {}
     for group, entry in _grouped(arms, surroundings, arms if holders is None else holders):

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from contextvars import copy_context
 from dataclasses import replace
+from math import inf
 
 from models.cell import Cell
 from optimizer.clearance import found_clearances
@@ -14,32 +16,60 @@ from optimizer.infeasibility.explain import explain
 from optimizer.layout import Layout, Outcome
 from optimizer.measure import jobs_of, placed
 from optimizer.program import ArmPoint
+from optimizer.progress.interim import with_what_is_missing
+from optimizer.progress.known import Solved
 from optimizer.progress.timetable import Timetable
 from optimizer.prove import against
 from optimizer.settings import Settings
 from optimizer.tolerance.tolerance import tolerance_of
 from optimizer.verify import check, summarise
-from optimizer.watch import unheard
+from optimizer.watch import OutOfTime, ending, tell, unheard
+
+LATE = 0.5
+"""s beyond its limit after which an explanation that does not look at it is ended."""
 
 
-def with_advice(cell: Cell, layout: Layout, settings: Settings, table: Timetable) -> Layout:
+def with_advice(cell: Cell, layout: Layout, settings: Settings, table: Timetable, end: float = inf) -> Layout:
     """The layout with what is asked for: why there is no usable one, or the tolerance of one that is usable.
 
     Args:
         cell: the cell. layout: its answer. settings: of the call. table: told what is being done.
+        end: `time.perf_counter` value of the limits, beyond which a tolerance is not begun or is cut.
     """
     if not layout.usable and settings.explain:
         table.stage("explain")("explaining", 0.0)
-        with unheard():  # the searches in there are not those of the answer
-            found = explain(cell, layout, settings.seed, time.perf_counter() + settings.time_limit)
-        if isinstance(found, Explanation):
-            return replace(layout, explanation=found)
+        found = _explained(cell, layout, settings)
+        if isinstance(found, Layout):
+            return found
         layout = _rescued(cell, layout, found)
     if layout.usable and settings.tolerance is not None:
         table.stage("tolerance")("displacing bases", 0.0)
-        tolerance = tolerance_of(cell, layout.placements, layout.clearances, settings.tolerance, settings.seed)
-        return replace(layout, tolerance=tolerance)
+        try:
+            with ending(end + LATE):
+                found_tolerance = tolerance_of(
+                    cell, layout.placements, layout.clearances, settings.tolerance, settings.seed
+                )
+        except OutOfTime:
+            return with_what_is_missing(layout, replace(settings, baselines=()))
+        return replace(layout, tolerance=found_tolerance)
     return layout
+
+
+def _explained(cell: Cell, layout: Layout, settings: Settings) -> Layout | tuple[ArmPoint, ...]:
+    """The layout with its explanation, as much of it as the time allows for; or points of a layout that turned up."""
+    outside, known = copy_context(), [layout]
+
+    def first(explanation: Explanation) -> None:
+        known[0] = replace(layout, explanation=explanation)
+        outside.run(tell, Solved(known[0]))
+
+    deadline = time.perf_counter() + settings.time_limit
+    try:
+        with unheard(), ending(deadline + LATE):  # the searches in there are not those of the answer
+            found = explain(cell, layout, settings.seed, deadline, first)
+    except OutOfTime:
+        return with_what_is_missing(known[0], replace(settings, baselines=()))
+    return replace(layout, explanation=found) if isinstance(found, Explanation) else found
 
 
 def _rescued(cell: Cell, layout: Layout, points: Sequence[ArmPoint]) -> Layout:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from models.cell import Cell
 from optimizer.advice import with_advice
@@ -17,16 +17,22 @@ from optimizer.infeasibility.immediate.immediate import immediate_infeasibility,
 from optimizer.layout import Certificate, Layout, Outcome, Placement, Reason, Search
 from optimizer.measure import jobs_of, placed
 from optimizer.penalty import run_baseline
-from optimizer.progress.incumbents import arm_found, recording
+from optimizer.progress.incumbents import arm_found, best_found, recording
+from optimizer.progress.interim import interim_layout, unknown_layout, why_ended, with_what_is_missing
 from optimizer.progress.known import Solved
 from optimizer.progress.timetable import Progress, Timetable, timetable
 from optimizer.prove import against, prove
 from optimizer.reasons import name_jobs
 from optimizer.search import search_arm
-from optimizer.settings import Settings
+from optimizer.settings import CertificateSettings, Settings
 from optimizer.single_arm.arm_search import ArmSearch
 from optimizer.verify import check, summarise
-from optimizer.watch import tell
+from optimizer.watch import OutOfTime, ending, tell
+
+IMMEDIATE = 0.4
+"""Share of the time limit after which nothing more is proved before the search."""
+LATE = 0.5
+"""s beyond the limits after which searches and proofs that do not look at them are ended."""
 
 
 def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | None = None) -> Layout:
@@ -51,9 +57,9 @@ def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | 
     started = time.perf_counter()
     table = timetable(cell, settings, progress)
     with recording(cell, started) as incumbents:
-        causes = immediate_infeasibility(cell)
+        causes = immediate_infeasibility(cell, started + IMMEDIATE * settings.time_limit)
         if causes:
-            layout = _with_others(cell, causes, settings, refused(cell, causes, time.perf_counter() - started))
+            layout = _with_others(cell, causes, settings, started)
         else:
             layout = _solved(cell, settings, started, table)
     first = incumbents.first_time if layout.usable else None
@@ -64,7 +70,7 @@ def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | 
     advised = settings.tolerance is not None if layout.usable else settings.explain
     if advised or settings.baselines:  # which may take long
         tell(Solved(layout))
-    layout = with_advice(cell, layout, settings, table)
+    layout = with_advice(cell, layout, settings, table, started + _limits(settings))
     if advised and settings.baselines:
         tell(Solved(layout))
     if layout.usable and layout.search.first_feasible_time is None:  # it turned up only when it was explained
@@ -77,19 +83,66 @@ def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | 
     return replace(layout, baselines=tuple(baselines))
 
 
-def _with_others(cell: Cell, causes: tuple[Infeasibility, ...], settings: Settings, layout: Layout) -> Layout:
+def _with_others(cell: Cell, causes: tuple[Infeasibility, ...], settings: Settings, started: float) -> Layout:
     """A refusal with the placements of the arms that it does not concern, where nothing ties them to the others."""
+    layout = refused(cell, causes, time.perf_counter() - started)
     blamed = {arm for cause in causes for arm in cause.arms}
     free = [arm for index, arm in enumerate(cell.arms) if index not in blamed]
     if cell.coupled or not blamed or not free:
         return layout
-    deadline = time.perf_counter() + settings.time_limit
-    found = _layout(cell, [search_arm(cell, arm, settings, deadline) for arm in free], None, layout.search.wall_time)
+    deadline = started + settings.time_limit
+    try:
+        with ending(deadline + LATE):
+            searches = [search_arm(cell, arm, settings, deadline) for arm in free]
+    except OutOfTime:
+        return layout
+    found = _layout(cell, searches, None, layout.search.wall_time)
     return replace(layout, placements=found.placements, verification=found.verification, jobs=found.jobs)
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class _Found:
+    """What searches and proof have found, to be checked: ``coupled`` is None where nothing ties the arms."""
+
+    searches: list[ArmSearch]
+    coupled: CoupledSearch | None
+    certificate: Certificate | None
+    searched: float
+
+
 def _solved(cell: Cell, settings: Settings, started: float, table: Timetable) -> Layout:
-    """Searched, proved and checked."""
+    """Searched, proved and checked; where that would not end in time, the best layout that is known by then."""
+    try:
+        with ending(started + _limits(settings) + LATE):
+            found = _found(cell, settings, started, table)
+    except OutOfTime:
+        return _cut_short(cell, settings, started)
+    table.stage("verify")("verifying", 0.0)
+    layout = _layout(cell, found.searches, found.certificate, found.searched)
+    if found.coupled is not None:
+        layout = coupled_layout(cell, layout, found.coupled, settings.alternatives)
+    if settings.certificate == "auto" and found.certificate is not None and not found.certificate.ended:
+        layout = replace(layout, search=replace(layout.search, ended=False))
+    return _with_what_stopped_it(layout, settings)
+
+
+def _limits(settings: Settings) -> float:
+    """s for search and proof."""
+    own = settings.certificate.time_limit if isinstance(settings.certificate, CertificateSettings) else 0.0
+    return settings.time_limit + own
+
+
+def _cut_short(cell: Cell, settings: Settings, started: float) -> Layout:
+    """The best layout that the search has told of, checked, or that none is known."""
+    best = best_found(cell)
+    why, seconds = why_ended(settings.time_limit, found=best is not None), time.perf_counter() - started
+    if best is None:
+        return with_what_is_missing(unknown_layout(seconds, why), replace(settings, explain=False))
+    return with_what_is_missing(interim_layout(cell, best.points, best.time, seconds, why, best.path), settings)
+
+
+def _found(cell: Cell, settings: Settings, started: float, table: Timetable) -> _Found:
+    """Searched and proved."""
     deadline = started + settings.time_limit
     searches: list[ArmSearch] = []
     for index, arm in enumerate(cell.arms):
@@ -106,13 +159,7 @@ def _solved(cell: Cell, settings: Settings, started: float, table: Timetable) ->
         _tell_of(cell, search)
     if coupled is None and time.perf_counter() < deadline:  # what an arm lacked may have been found by the proof
         coupled = _couple(cell, searches, settings, deadline, table)
-    table.stage("verify")("verifying", 0.0)
-    layout = _layout(cell, searches, certificate, searched)
-    if coupled is not None:
-        layout = coupled_layout(cell, layout, coupled, settings.alternatives)
-    if settings.certificate == "auto" and certificate is not None and not certificate.ended:
-        layout = replace(layout, search=replace(layout.search, ended=False))
-    return _with_what_stopped_it(layout, settings)
+    return _Found(searches, coupled, certificate, searched)
 
 
 def _tell_of(cell: Cell, search: ArmSearch) -> None:

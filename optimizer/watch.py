@@ -4,21 +4,27 @@
         optimize(cell)
 
 Inside the block everything that runs in this thread tells ``report`` what it does, and asks ``stop`` whether to go on;
-nothing is told and nobody is asked elsewhere.
+nothing is told and nobody is asked elsewhere. What asks whether to go on also ends where its time is over (`ending`).
 """
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, replace
+from math import inf
 
 from optimizer.events import Event
 
 
 class Cancelled(Exception):
     """The solve was told to stop, and has stopped: no error, but no answer either."""
+
+
+class OutOfTime(Cancelled):
+    """The time of a block of `ending` was over, and it has stopped."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +34,7 @@ class _Watch:
 
 
 _watch: ContextVar[_Watch | None] = ContextVar("watch", default=None)
+_end: ContextVar[float] = ContextVar("end", default=inf)
 
 
 @contextmanager
@@ -79,6 +86,25 @@ def unheard() -> Iterator[None]:
         _watch.reset(token)
 
 
+@contextmanager
+def ending(deadline: float) -> Iterator[None]:
+    """Let the block end once a time is over: wherever it asks whether to go on, also from inside IPOPT.
+
+    Searches and proofs look at their own limits and keep what they have; this ends those that do not.
+
+    Args:
+        deadline: `time.perf_counter` value; an earlier one of a block around counts as well.
+
+    Raises:
+        OutOfTime: the time was over.
+    """
+    token = _end.set(min(deadline, _end.get()))
+    try:
+        yield
+    finally:
+        _end.reset(token)
+
+
 def watched() -> bool:
     """Whether anybody wants to know: events that cost something to make need not be made otherwise."""
     return _watch.get() is not None
@@ -92,9 +118,9 @@ def tell(event: Event) -> None:
 
 
 def stopped() -> bool:
-    """Whether whoever watches wants an end."""
+    """Whether whoever watches wants an end, or the time of a block is over."""
     watch = _watch.get()
-    return watch is not None and watch.stop()
+    return (watch is not None and watch.stop()) or time.perf_counter() > _end.get()
 
 
 def check_stop() -> None:
@@ -102,6 +128,10 @@ def check_stop() -> None:
 
     Raises:
         Cancelled: whoever watches wants an end.
+        OutOfTime: the time of a block of `ending` is over.
     """
-    if stopped():
+    watch = _watch.get()
+    if watch is not None and watch.stop():
         raise Cancelled
+    if time.perf_counter() > _end.get():
+        raise OutOfTime

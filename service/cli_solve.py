@@ -42,7 +42,12 @@ def solve(
         sys.stderr.write(f"failed: {error.detail}\n")
         return Exit.FAILED
     show(resource, output)
-    return exit_code(resource["result"])
+    code = exit_code(resource["result"])
+    if server is None:
+        from service.cli_local import leave
+
+        leave(code)
+    return code
 
 
 def show(resource: dict[str, Any], output: str | None) -> None:
@@ -68,13 +73,17 @@ class Failed(Exception):
 def _here(source: str, urdfs: RobotUrdfs, time_limit: float | None) -> dict[str, Any]:
     """Solve in this process."""
     from service.cli_local import solve_here
+    from service.workers.executor import SolveFailed
 
     settings = Settings()
     if time_limit is not None:  # nobody else waits for this process
         settings = Settings(max_time_limit=max(settings.max_time_limit, time_limit))
     library = library_from(settings.data_dir, urdfs)
     accepted = accept(_limited(read(source), time_limit), settings, library)
-    return solve_here(accepted, library)
+    try:
+        return solve_here(accepted, library)
+    except SolveFailed as error:
+        raise Failed(error.detail) from error
 
 
 def _there(server: str, source: str, urdfs: RobotUrdfs, time_limit: float | None) -> dict[str, Any]:

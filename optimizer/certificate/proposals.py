@@ -133,7 +133,7 @@ class Proposals:
         self.in_vain = 0 if better else self.in_vain + 1
         if better:
             self.known.insert(0, found)
-            layout_found(found.points, found.objective)
+            layout_found(found.points, found.objective, found.clearance)
         return better
 
     def _centre(self, arm: int, node: int) -> AloneLayout | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
+from optimizer.clearance import PathClearance
 from optimizer.coupled.nearby import nearby
 from optimizer.coupled.sqp.refine import Refined
 from optimizer.layout import Reason
@@ -24,7 +25,7 @@ class CoupledSearch:
         candidates: bases × postures looked at. starts: refinements. hits: how often the best layout was reached.
         finished: False if time ran out.
         reasons, proved: why there is none, and whether that is certain.
-        told: called with every clean layout and its E.
+        told: called with every clean layout, its E and the check of its way.
     """
 
     found: list[Refined] = field(default_factory=list)
@@ -35,7 +36,7 @@ class CoupledSearch:
     finished: bool = True
     reasons: tuple[Reason, ...] = ()
     proved: bool = False
-    told: Callable[[Sequence[ArmPoint], float], None] = layout_found
+    told: Callable[[Sequence[ArmPoint], float, PathClearance | None], None] = layout_found
 
     @property
     def best(self) -> Refined | None:
@@ -48,7 +49,7 @@ class CoupledSearch:
             if self.nearest is None or refined.lack < self.nearest.lack:
                 self.nearest = refined
             return False
-        self.told(refined.points, refined.objective)
+        self.told(refined.points, refined.objective, refined.clearance)
         for number, other in enumerate(self.found):
             if _same(refined, other):
                 self.hits += number == 0
@@ -64,7 +65,7 @@ class CoupledSearch:
 
     def improve(self, known: Refined, refined: Refined) -> None:
         """Put a clean layout in the place of one that led to it."""
-        self.told(refined.points, refined.objective)
+        self.told(refined.points, refined.objective, refined.clearance)
         self.found[self.found.index(known)] = refined
         self.found.sort(key=lambda one: one.objective)
 

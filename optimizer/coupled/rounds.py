@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from optimizer.clearance import PathClearance
 from optimizer.coupled.alternatives import look_elsewhere
 from optimizer.coupled.arms_alone import impossible_alone
 from optimizer.coupled.candidates.extender import FULL, QUICK
@@ -132,5 +133,5 @@ def _take(scene: Scene, search: CoupledSearch, starts: Sequence[Start], terms: T
     refine_all(scene, search, starts, terms)
 
 
-def _nobody(points: Sequence[ArmPoint], objective: float) -> None:
+def _nobody(points: Sequence[ArmPoint], objective: float, path: PathClearance | None) -> None:
     """Layouts of a task that stands for a longer one are no news."""

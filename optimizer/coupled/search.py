@@ -43,7 +43,11 @@ def search_coupled(
         report: told what is being done and the share of it that is done.
     """
     form, terms = CanonicalForm.of(cell), Terms(settings, deadline, report)
-    search = CoupledSearch(told=lambda points, objective: layout_found(form.back(points), objective))
+    search = CoupledSearch(
+        told=lambda points, objective, path: layout_found(
+            form.back(points), objective, path if form.is_as_given else None
+        )
+    )
     scene = Scene.of(form.cell)
     _search(scene, search, _in_form(form, searches), terms)
     _polish(scene, search, sum(one.objective for one in searches), terms)

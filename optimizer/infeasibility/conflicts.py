@@ -27,7 +27,7 @@ def sure_conflict(cell: Cell, effort: Effort) -> tuple[Conflict | None, tuple[Ar
     Args:
         cell: the cell. effort: that may be spent.
     """
-    causes = immediate_infeasibility(cell)
+    causes = immediate_infeasibility(cell, effort.deadline)
     if causes:
         return Conflict(_selection(cell, causes[0]), _all_needed(causes[0])), None, _possible(causes)
     found = proved_conflict(cell, effort)

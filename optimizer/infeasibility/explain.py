@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from models.cell import Cell
 from optimizer.certificate.budget import search_time
 from optimizer.findings import Explanation
@@ -18,12 +20,19 @@ BLOCKS, SINGLE = 0.6, 0.65
 """Shares of what is left for what blocks; then for changes of one thing, the rest being for two together."""
 
 
-def explain(cell: Cell, layout: Layout, seed: int, deadline: float) -> Explanation | tuple[ArmPoint, ...]:
+def explain(
+    cell: Cell,
+    layout: Layout,
+    seed: int,
+    deadline: float,
+    first: Callable[[Explanation], None] = lambda explanation: None,
+) -> Explanation | tuple[ArmPoint, ...]:
     """What blocks a cell, and the smallest changes that were found to help.
 
     Args:
         cell: the cell. layout: the answer without a usable layout. seed: of the searches.
         deadline: `time.perf_counter` value, soft.
+        first: told what blocks as soon as that is known, before it is tried what would help.
 
     Returns:
         The explanation; or a layout that passes every check, should one turn up, one point per arm.
@@ -35,6 +44,7 @@ def explain(cell: Cell, layout: Layout, seed: int, deadline: float) -> Explanati
     if found is not None:
         return found
     assert conflict is not None
+    first(Explanation(conflict.selection.words(cell), conflict.irreducible, ()))
     behind: tuple[str, ...] = ()
     told = remedies(cell, conflict, effort.share(SINGLE), seed, possible)
     if conflict.finish is not None:

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from models.arm import Arm
 from models.cell import Cell
 from models.posture import name_signs
+from optimizer.clearance import PathClearance
 from optimizer.events import Incumbent, Standing
 from optimizer.measure import objective_of
 from optimizer.program import ArmPoint
@@ -32,25 +33,28 @@ class Incumbents:
     Attributes:
         cell: it. started: `time.perf_counter` value from which times count.
         objective: E of the best usable layout, or None. first_time: s, when the first one was found, or None.
+        best: that layout.
     """
 
     cell: Cell
     started: float
     objective: float | None = None
     first_time: float | None = None
+    best: Usable | None = None
     _arms: dict[str, tuple[float, ArmPoint]] = field(default_factory=dict)
 
-    def found(self, points: Sequence[ArmPoint], objective: float) -> None:
-        """Take a usable layout, one point per arm, into account."""
+    def found(self, points: Sequence[ArmPoint], objective: float, path: PathClearance | None = None) -> None:
+        """Take a usable layout, one point per arm, into account, with the check of its whole way if that is at hand."""
         seconds = time.perf_counter() - self.started
         if self.first_time is None:
             self.first_time = seconds
         if self.objective is not None and objective >= self.objective * (1.0 - BETTER):
             return
         self.objective = objective
+        self.best = Usable(self.cell, tuple(points), seconds, path)
         if watched():
             standing = (_standing(self.cell, arm, point) for arm, point in zip(self.cell.arms, points, strict=True))
-            tell(Usable(self.cell, tuple(points), seconds))
+            tell(self.best)
             tell(Incumbent(objective, seconds, tuple(standing)))
 
     def found_alone(self, arm: Arm, point: ArmPoint, objective: float) -> None:
@@ -77,11 +81,17 @@ def recording(cell: Cell, started: float) -> Iterator[Incumbents]:
         _recorded.reset(token)
 
 
-def layout_found(points: Sequence[ArmPoint], objective: float) -> None:
-    """Tell of a layout of the whole cell that passed every check: one point per arm, and E."""
+def best_found(cell: Cell) -> Usable | None:
+    """The best usable layout of a cell that was told of so far, where it is recorded."""
+    incumbents = _recorded.get()
+    return incumbents.best if incumbents is not None and incumbents.cell is cell else None
+
+
+def layout_found(points: Sequence[ArmPoint], objective: float, path: PathClearance | None = None) -> None:
+    """Tell of a layout of the whole cell that passed every check: one point per arm, E, and the check of its way."""
     incumbents = _recorded.get()
     if incumbents is not None:
-        incumbents.found(points, objective)
+        incumbents.found(points, objective, path)
 
 
 def arm_found(cell: Cell, arm: Arm, point: ArmPoint, objective: float) -> None:

@@ -9,6 +9,7 @@ from models.cell import Cell
 from optimizer.events import Event
 
 if TYPE_CHECKING:
+    from optimizer.clearance import PathClearance
     from optimizer.layout import Layout
     from optimizer.program import ArmPoint
 
@@ -25,12 +26,14 @@ class Usable(Known):
 
     Attributes:
         cell: it. points: one for every arm, in order. time: s since the start.
+        path: the check of its whole way; None where no clearance is asked for, or it is not at hand.
     """
 
     kind: ClassVar[str] = "usable"
     cell: Cell
     points: tuple[ArmPoint, ...]
     time: float
+    path: PathClearance | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -10,9 +10,11 @@ from typing import ClassVar
 
 from optimizer.events import Event
 from optimizer.layout import Layout
-from optimizer.progress.interim import interim_layout, unknown_layout
+from optimizer.progress.interim import interim_layout, unknown_layout, why_ended, with_what_is_missing
 from optimizer.progress.known import Solved, Usable
+from optimizer.settings import Settings
 from service.documents import result_document
+from service.issues import Issue
 from service.workers.worker import KNOWN, answer_of
 
 LEAST, SHARE = 0.5, 0.05
@@ -52,6 +54,8 @@ class BestKnown:
         self._hash = request_hash
         self._limit = limit
         self._clock = clock
+        self._settings: Settings | None = None
+        self._warnings: Callable[[Layout], list[Issue]] = lambda layout: []
         self._began = clock()
         self._untold: Usable | None = None
         self._next = 0.0
@@ -59,11 +63,12 @@ class BestKnown:
 
     def begin(self) -> None:
         """Tell that nothing is known yet: the answer until something is."""
-        why = (
-            f"the time limit of {self._limit:g} s ended the solve before any layout was found that could be checked; "
-            "allow more time"
-        )
-        self._send(unknown_layout(self._limit, why))
+        self._send(unknown_layout(self._limit, why_ended(self._limit, found=False)))
+
+    def understood(self, settings: Settings, warnings: Callable[[Layout], list[Issue]]) -> None:
+        """Take into account what is asked for, and what is to be warned of beside a layout."""
+        self._settings, self._warnings = settings, warnings
+        self.begin()
 
     def __call__(self, event: Event) -> None:
         """See an event of the solve."""
@@ -82,14 +87,13 @@ class BestKnown:
             return
         self._untold = None
         began = self._clock()
-        why = (
-            f"the time limit of {self._limit:g} s ended the solve; this is the best layout that was known, checked, "
-            "without its clearances and without a proof; allow more time"
-        )
-        self._send(interim_layout(found.cell, found.points, found.time, self._limit, why))
+        why = why_ended(self._limit, found=True)
+        self._send(interim_layout(found.cell, found.points, found.time, self._limit, why, found.path))
         ended = self._clock()
         self._cost = ended - began
         self._next = ended + max(LEAST, self._cost / SHARE)
 
     def _send(self, layout: Layout) -> None:
-        self._tell(KnownAnswer(json.dumps(answer_of(result_document(layout, self._hash)))))
+        layout = with_what_is_missing(layout, self._settings)
+        document = result_document(layout, self._hash, self._warnings(layout))
+        self._tell(KnownAnswer(json.dumps(answer_of(document))))

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from optimizer.evaluate import evaluate_layout
+from optimizer.layout import Layout
 from optimizer.optimize import optimize
+from optimizer.settings import Settings
 from service.convert import cell_of, joints_of, settings_of
 from service.documents import result_document
+from service.issues import Issue
 from service.library import Library
 from service.requests.warnings import warnings_of
 from service.schemas.evaluate import EvaluateRequest
 from service.schemas.request import LayoutRequest
+
+Understood = Callable[[Settings, Callable[[Layout], list[Issue]]], None]
+"""Takes what is asked for, and a function that makes the warnings beside a layout."""
 
 
 def evaluate_request(text: str, request_hash: str, library: Library | None = None) -> dict[str, Any]:
@@ -36,6 +43,7 @@ def solve_request(
     request_hash: str,
     time_limit: float,
     library: Library | None = None,
+    understood: Understood = lambda settings, warnings: None,
 ) -> dict[str, Any]:
     """The ``result`` of a layout resource.
 
@@ -44,11 +52,14 @@ def solve_request(
         request_hash: of that request.
         time_limit: s, soft limit of search, automatic proof and checks, where the request has none.
         library: what users brought; it has to know what was deleted since the request was accepted.
+        understood: told what is asked for, and how to warn beside a layout, before the search begins.
 
     Raises:
         DuocellError: an engine broke down.
     """
     request = LayoutRequest.model_validate_json(text)
     cell = cell_of(request, library)
-    layout = optimize(cell, settings_of(request, time_limit))
+    settings = settings_of(request, time_limit)
+    understood(settings, lambda some: warnings_of(request, cell, some))
+    layout = optimize(cell, settings)
     return result_document(layout, request_hash, warnings_of(request, cell, layout))

@@ -134,22 +134,28 @@ def solve(text: str, request_hash: str, time_limit: float, data_dir: Path | None
 
     The best answer so far is told meanwhile, for the case that the solve has to be ended.
     """
+    return _answer(lambda: solve_following(text, request_hash, time_limit, _library(data_dir)))
 
-    def work() -> dict[str, Any]:
-        from optimizer.watch import overhearing, tell
-        from service.workers.best_known import QUICK, BestKnown
-        from service.workers.solving import solve_request
 
-        known = BestKnown(tell, request_hash, time_limit)
-        known.begin()
-        try:
-            with overhearing(known):
-                return solve_request(text, request_hash, time_limit, _library(data_dir))
-        except Cancelled:
-            known.flush(QUICK)
-            raise
+def solve_following(text: str, request_hash: str, time_limit: float, library: Library | None) -> dict[str, Any]:
+    """The result of an accepted request; whoever watches is told the best answer so far meanwhile.
 
-    return _answer(work)
+    Raises:
+        DuocellError: an engine broke down.
+        Cancelled: it was told to stop.
+    """
+    from optimizer.watch import overhearing, tell
+    from service.workers.best_known import QUICK, BestKnown
+    from service.workers.solving import solve_request
+
+    known = BestKnown(tell, request_hash, time_limit)
+    known.begin()
+    try:
+        with overhearing(known):
+            return solve_request(text, request_hash, time_limit, library, known.understood)
+    except Cancelled:
+        known.flush(QUICK)
+        raise
 
 
 def evaluate(text: str, request_hash: str, data_dir: Path | None = None) -> Answer:

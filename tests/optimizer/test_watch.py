@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from models.cell import Cell
 from optimizer.events import Bounded, Event, Iterated, Screened, Stage, Started, Verified
 from optimizer.optimize import optimize
 from optimizer.settings import CertificateSettings, Settings
-from optimizer.watch import Cancelled, stopped, tell, unheard, watched, watching
+from optimizer.watch import Cancelled, OutOfTime, check_stop, ending, stopped, tell, unheard, watched, watching
 from tests.support.tasks import possible
 
 PROVE = Settings(certificate=CertificateSettings(gap=0.05, time_limit=5.0))
@@ -137,3 +138,19 @@ def test_what_is_done_unheard_is_not_told_and_can_be_stopped():
     assert told == [Stage("verifying", 1.0)]
     with unheard():
         assert not watched()
+
+
+def test_a_block_ends_where_its_time_is_over_whoever_watches():
+    with ending(time.perf_counter() + 1e6):
+        check_stop()
+        with ending(time.perf_counter() - 1.0):
+            assert stopped()
+            with pytest.raises(OutOfTime):
+                check_stop()
+            with ending(time.perf_counter() + 1e6), pytest.raises(OutOfTime):  # the block around counts as well
+                check_stop()
+        assert not stopped()
+    with watching(lambda event: None, lambda: True), ending(time.perf_counter() - 1.0):
+        with pytest.raises(Cancelled) as caught:
+            check_stop()
+        assert not isinstance(caught.value, OutOfTime)

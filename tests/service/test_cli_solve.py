@@ -8,6 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,8 @@ import httpx2
 import pytest
 import uvicorn
 
+from optimizer.watch import Cancelled
+from service import cli_local
 from service.app import create_app
 from service.cli import main
 from service.cli_progress import shown
@@ -220,3 +223,19 @@ def test_migrate_makes_tables_and_says_so(
     monkeypatch.setenv("DUOCELL_DATABASE_URL", "postgresql://somebody:secret@127.0.0.1:9/db")
     assert main(["migrate"]) == 1
     assert "secret" not in capsys.readouterr().err
+
+
+def test_what_is_known_is_the_answer_of_a_solve_that_does_not_listen(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cli_local, "GRACE", 0.0)
+    stop, never = threading.Event(), Future[Document]()
+    told = [json.dumps({"outcome": "unknown"}), json.dumps({"outcome": "feasible"})]
+    assert cli_local._in_time(never, stop, 0.0, told) == {"outcome": "feasible"}
+    assert stop.is_set()
+    with pytest.raises(SolveFailed):
+        cli_local._in_time(never, stop, 0.0, [])
+    cancelled = Future[Document]()
+    cancelled.set_exception(Cancelled())
+    assert cli_local._in_time(cancelled, stop, 0.0, told) == {"outcome": "feasible"}
+    done = Future[Document]()
+    done.set_result({"outcome": "optimal"})
+    assert cli_local._in_time(done, threading.Event(), 0.0, told) == {"outcome": "optimal"}

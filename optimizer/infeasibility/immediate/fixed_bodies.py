@@ -6,6 +6,8 @@ poses and samples of the straight way between poses of one job.
 
 from __future__ import annotations
 
+import time
+from collections.abc import Iterator, Mapping
 from math import radians
 
 import numpy as np
@@ -19,22 +21,29 @@ from models.surroundings import PairClass
 from optimizer.infeasibility.immediate.cause import Infeasibility, millimetres, rounded_down, surely_short
 from optimizer.meant_contact import if_meant
 from optimizer.path_samples import ObjectPath
+from optimizer.watch import check_stop
 
 SHIFT, TURN = 5e-3, radians(1.0)
 """m and rad of the object between samples of its way, ..."""
 MOST = 400
 """... which lie farther apart where there would be more than so many."""
+AT_ONCE = 2_000_000
+"""Pairs, and bodies, times places that are looked at together: some tens of megabytes."""
 NAMED = 3
 """Causes that are told."""
 TOUCHING = 5e-5
 """m; what comes so near touches, in words."""
 
 
-def fixed_body_conflicts(cell: Cell, model: CollisionModel) -> tuple[Infeasibility, ...]:
+def fixed_body_conflicts(cell: Cell, model: CollisionModel, deadline: float = np.inf) -> tuple[Infeasibility, ...]:
     """Pairs of fixed bodies that are nearer to each other than is asked for, the worst first.
 
     Args:
         cell: task, arms and clearances. model: of the cell.
+        deadline: `time.perf_counter` value after which no further places are looked at.
+
+    Raises:
+        Cancelled: whoever watches (`optimizer.watch`) wants an end.
     """
     pairs = _fixed_pairs(cell, model)
     if not np.any(pairs):
@@ -42,20 +51,49 @@ def fixed_body_conflicts(cell: Cell, model: CollisionModel) -> tuple[Infeasibili
     step, fraction = _samples(cell)
     m = len(cell.task)
     objects = np.concatenate([cell.task.poses, ObjectPath(cell.task.poses).at(step[m:], fraction[m:])])
-    places = _placed(cell, model, objects, step, pairs)
-    bounds = model.bounds(places)
-    found = []
-    for group in _groups(model, pairs):
-        pair_class = model.bodies.kinds[group[0]]
-        required = cell.surroundings.clearances.required(pair_class) or 0.0
-        hidden = np.full_like(bounds, np.inf)
-        hidden[:, group] = np.where(bounds[:, group] < required - KEPT, bounds[:, group], np.inf)
-        nearest = model.closest(places, pair_class, hidden)
-        if nearest is not None and surely_short(nearest[1].distance, required):
-            k, contact = nearest
-            found.append(_cause(contact, pair_class, required, int(step[k]), float(fraction[k])))
+    groups = _groups(model, pairs)
+    required = [cell.surroundings.clearances.required(model.bodies.kinds[group[0]]) or 0.0 for group in groups]
+    worst: dict[int, tuple[int, Contact]] = {}
+    some = max(AT_ONCE // (len(pairs) + len(model.bodies.names)), 1)
+    for first in range(0, len(objects), some):
+        check_stop()
+        if time.perf_counter() > deadline:
+            break
+        part = slice(first, first + some)
+        places = _placed(cell, model, objects[part], step[part], pairs)
+        for g, k, contact in _short(model, places, groups, required, worst, deadline):
+            worst[g] = first + k, contact
+    found = [
+        _cause(contact, contact.kind, required[g], int(step[k]), float(fraction[k]))
+        for g, (k, contact) in sorted(worst.items())
+    ]
     found.sort(key=lambda cause: cause.possible if cause.possible is not None else -1.0)
     return tuple(found[:NAMED])
+
+
+def _short(
+    model: CollisionModel,
+    places: Configurations,
+    groups: list[Ints],
+    required: list[float],
+    known: Mapping[int, tuple[int, Contact]],
+    deadline: float,
+) -> Iterator[tuple[int, int, Contact]]:
+    """Group, place and contact of what is too near, where it is nearer than what is ``known`` of the group."""
+    bounds = model.bounds(places)
+    least = np.min(bounds, axis=0)
+    for g, group in enumerate(groups):
+        limit = min(required[g] - KEPT, known[g][1].distance if g in known else np.inf)
+        near = group[least[group] < limit]
+        if not len(near):
+            continue
+        check_stop()
+        if time.perf_counter() > deadline:
+            return
+        hidden = np.where(bounds[:, near] < limit, bounds[:, near], np.inf)
+        nearest = model.closest_of(places, near, hidden)
+        if nearest is not None and nearest[1].distance < limit and surely_short(nearest[1].distance, required[g]):
+            yield g, *nearest
 
 
 def _fixed_pairs(cell: Cell, model: CollisionModel) -> Bools:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import inf
+
 from models.cell import Cell
 from models.collision import CollisionModel
 from optimizer.infeasibility.immediate.base_regions import floor_conflicts, region_conflicts
@@ -15,18 +17,22 @@ from optimizer.measure import jobs_of
 from optimizer.reasons import name_jobs
 
 
-def immediate_infeasibility(cell: Cell) -> tuple[Infeasibility, ...]:
+def immediate_infeasibility(cell: Cell, deadline: float = inf) -> tuple[Infeasibility, ...]:
     """Causes each of which proves that a cell has no layout; empty where none is found, which proves nothing.
 
     Args:
         cell: any cell with arms. Singularities are not looked at, so the proofs hold whatever is said of them.
+        deadline: `time.perf_counter` value after which no further bodies are looked at, soft.
+
+    Raises:
+        Cancelled: whoever watches (`optimizer.watch`) wants an end.
     """
     clearances = cell.surroundings.clearances
     model = CollisionModel(cell.arms, cell.surroundings) if clearances.any else None
     found = list(coupling_conflicts(cell))
     if model is not None:
-        found += fixed_body_conflicts(cell, model)
-        found += self_distance_conflicts(cell, model)
+        found += fixed_body_conflicts(cell, model, deadline)
+        found += self_distance_conflicts(cell, model, deadline)
     found += region_conflicts(cell)
     found += floor_conflicts(cell)
     if not found:

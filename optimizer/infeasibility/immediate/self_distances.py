@@ -8,6 +8,7 @@ largest distance is known to `PRECISE` or one sample keeps what is asked for.
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +24,7 @@ from models.separation import separation
 from models.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Sphere
 from models.surroundings import PairClass
 from optimizer.infeasibility.immediate.cause import Infeasibility, millimetres, rounded_down, surely_short
+from optimizer.watch import check_stop
 
 JOINTS = 2
 """Joints between two bodies at most."""
@@ -40,11 +42,15 @@ class LargestDistance:
     bound: float
 
 
-def self_distance_conflicts(cell: Cell, model: CollisionModel) -> tuple[Infeasibility, ...]:
+def self_distance_conflicts(cell: Cell, model: CollisionModel, deadline: float = np.inf) -> tuple[Infeasibility, ...]:
     """Pairs of links that come too near to each other in every posture.
 
     Args:
         cell: the arms and the clearance. model: of the cell.
+        deadline: `time.perf_counter` value after which no further pairs are looked at.
+
+    Raises:
+        Cancelled: whoever watches (`optimizer.watch`) wants an end.
     """
     required = cell.surroundings.clearances.self_collision
     if required is None:
@@ -55,6 +61,9 @@ def self_distance_conflicts(cell: Cell, model: CollisionModel) -> tuple[Infeasib
         a, low, high = b.owners[i].arm, b.owners[i].link or 0, b.owners[j].link or 0
         if a is None or not 0 < high - low <= JOINTS:
             continue
+        check_stop()
+        if time.perf_counter() > deadline:
+            break
         largest = largest_distance(cell.arms[a], (low, b.bodies[i]), (high, b.bodies[j]), required)
         if surely_short(largest.bound, required):
             found.append(_cause(a, (b.names[i], b.names[j]), required, largest))

@@ -19,8 +19,10 @@ from models.separation import separation
 from models.shapes import Body, Box
 from models.surroundings import Clearances, Equipment, PairClass, Part, Surroundings
 from models.task import Task
+from optimizer.infeasibility.immediate import fixed_bodies
 from optimizer.infeasibility.immediate.coupling_conflicts import coupling_conflicts
 from optimizer.infeasibility.immediate.distance_conflicts import distance_conflicts
+from optimizer.infeasibility.immediate.fixed_bodies import fixed_body_conflicts
 from optimizer.infeasibility.immediate.immediate import immediate_infeasibility, refused
 from optimizer.infeasibility.immediate.self_distances import largest_distance
 from optimizer.layout import Outcome
@@ -196,3 +198,18 @@ def test_a_refusal_has_a_reason_for_every_cause():
     assert [reason.kind for reason in answer.reasons] == ["out_of_reach"]
     assert answer.reasons[0].amount == causes[0].missing > 7.0
     assert not answer.placements
+
+
+def test_fixed_bodies_are_the_same_in_one_look_and_in_many(monkeypatch):
+    part = Part((Body("part", transform(np.eye(3), [0.0, 0.0, -0.05]), Box(np.array([0.1, 0.1, 0.1]))),))
+    poses = transform(np.diag([1.0, -1.0, -1.0]), np.column_stack([np.zeros(5), np.zeros(5), np.linspace(0.6, 0.4, 5)]))
+    two = (TABLE, replace(TABLE, name="other", pose=transform(np.eye(3), [0.0, 0.0, 0.195])))
+    cell = replace(held("ur5e", Clearances(part_obstacle=0.02), part=part, obstacles=two), task=Task(poses))
+    model = CollisionModel(cell.arms, cell.surroundings)
+    at_once = fixed_body_conflicts(cell, model)
+    monkeypatch.setattr(fixed_bodies, "AT_ONCE", 1)
+    one_by_one = fixed_body_conflicts(cell, model)
+    assert [cause.bodies for cause in at_once] == [("part", "conveyor"), ("part", "other")]
+    assert at_once == one_by_one
+    assert at_once[0].poses == (4,)
+    assert fixed_body_conflicts(cell, model, -np.inf) == ()  # the time is over: nothing is said

@@ -13,8 +13,9 @@ from optimizer.measure import objective_of
 from optimizer.optimize import optimize
 from optimizer.progress.interim import interim_layout
 from optimizer.progress.known import Solved, Usable
-from optimizer.settings import Settings
+from optimizer.settings import Settings, ToleranceSettings
 from optimizer.watch import Cancelled, watching
+from service.issues import Issue
 from service.schemas.request import EXAMPLE, LayoutRequest
 from service.workers.best_known import BestKnown, KnownAnswer
 from service.workers.worker import Answer
@@ -107,3 +108,24 @@ def test_the_final_answer_of_the_search_takes_the_place_of_all_before(first: Usa
     known(Solved(final))
     known.flush()
     assert json.loads(told[-1].text or "")["search"]["wall_time"] == 0.2
+
+
+def test_an_answer_warns_and_names_what_is_missing(first: Usable) -> None:
+    told = Told()
+    known = BestKnown(told, "hash", 5.0)
+    settings = Settings(alternatives=2, tolerance=ToleranceSettings(), baselines=("interior-penalty",))
+    known.understood(settings, lambda layout: [Issue("/arms/0", f"{len(layout.placements)} placed")])
+    known(first)
+    results = [json.loads(answer.text or "") for answer in told]
+    assert [result["warnings"][0]["detail"] for result in results] == ["0 placed", "2 placed"]
+    for result, missing in zip(
+        results, ("certificate, baselines", "certificate, alternatives, tolerance, baselines"), strict=True
+    ):
+        assert result["reasons"][0]["detail"].endswith(
+            f"; not computed, and null or empty here: {missing}; allow more time"
+        )
+    final = interim_layout(first.cell, first.points, 0.1, 0.2, "why")
+    known(Solved(replace(final, reasons=(), search=replace(final.search, ended=True))))
+    (reason,) = json.loads(told[-1].text or "")["reasons"]
+    assert reason["kind"] == "limit_reached"
+    assert "certificate, tolerance, baselines" in reason["detail"]

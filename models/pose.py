@@ -6,7 +6,6 @@ The formats accepted from users are checked here and nowhere else; see "Poses an
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import hypot, pi
 
 import numpy as np
@@ -93,60 +92,63 @@ def rotation_z(angle: ArrayLike) -> Floats:
 
 
 def _numbers(values: ArrayLike, shape: tuple[int, ...], what: str) -> Floats:
-    """``values`` as finite floats of the given shape, or InvalidRotation."""
+    """``values`` as finite floats of the given shape, or a stack of them (..., *shape), or InvalidRotation."""
     try:
         array = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise InvalidRotation(f"{what} must consist of numbers in the shape {shape}.") from error
-    if array.shape != shape:
+    if array.shape[-len(shape) :] != shape:
         raise InvalidRotation(f"{what} has the shape {array.shape}; {shape} is needed.")
     if not np.all(np.isfinite(array)):
         raise InvalidRotation(f"{what} holds a number that is not finite; send finite numbers only.")
     return array
 
 
-def rotation_from_quaternion(quaternion: Sequence[float] | Floats) -> Floats:
-    """Rotation of a quaternion ``[x, y, z, w]``.
+def rotation_from_quaternion(quaternion: ArrayLike) -> Floats:
+    """Rotations (..., 3, 3) of quaternions ``[x, y, z, w]`` (..., 4).
 
     Raises:
-        InvalidRotation: its length is not within 1e-3 of one.
+        InvalidRotation: the length of one is not within 1e-3 of one; the detail speaks of the first.
     """
     q = _numbers(quaternion, (4,), "quaternion [x, y, z, w]")
-    length = hypot(*q)
-    if abs(length - 1.0) > TOLERANCE:
+    lengths = np.array([hypot(*row) for row in q.reshape(-1, 4).tolist()])
+    wrong = np.abs(lengths - 1.0) > TOLERANCE
+    if wrong.any():
+        length = lengths[np.argmax(wrong)]
         advice = "No rotation at all is [0, 0, 0, 1]." if length < TOLERANCE else "Normalise it."
         raise InvalidRotation(
             f"quaternion [x, y, z, w] has length {length:.6g}; it must be 1 to within {TOLERANCE:g}. {advice}"
         )
-    x, y, z, w = q / length
-    return np.array(
-        [
-            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
-            [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
-            [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
-        ]
+    x, y, z, w = np.moveaxis(q / lengths.reshape(*q.shape[:-1], 1), -1, 0)
+    rows = (
+        (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)),
+        (2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)),
+        (2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)),
     )
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def rotation_from_matrix(rows: Sequence[Sequence[float]] | Floats) -> Floats:
-    """The rotation nearest to a 3x3 matrix that is one except for its printed digits.
+def rotation_from_matrix(rows: ArrayLike) -> Floats:
+    """The rotations (..., 3, 3) nearest to 3x3 matrices that are some except for their printed digits.
 
     Args:
-        rows: (3, 3). Orthonormal to 1e-3 means that no unit vector is stretched or shrunk by more than that.
+        rows: (..., 3, 3). Orthonormal to 1e-3 means that no unit vector is stretched or shrunk by more than that.
 
     Raises:
-        InvalidRotation: not orthonormal to 1e-3, or left-handed (the detail says which).
+        InvalidRotation: one is not orthonormal to 1e-3, or left-handed (the detail says which, of the first).
     """
     matrix = _numbers(rows, (3, 3), "rotation matrix")
     u, stretch, vt = np.linalg.svd(matrix)
-    worst = float(stretch[np.argmax(np.abs(stretch - 1.0))])
-    if abs(worst - 1.0) > TOLERANCE:
+    away = np.argmax(np.abs(stretch - 1.0), axis=-1)
+    worst = np.take_along_axis(stretch, away[..., None], axis=-1).ravel()
+    wrong = np.abs(worst - 1.0) > TOLERANCE
+    if wrong.any():
         raise InvalidRotation(
-            f"rotation matrix is not orthonormal: it stretches a unit vector to {worst:.6g}; at most {TOLERANCE:g} "
-            "away from 1 is accepted. Its columns must be unit vectors at right angles, sent row by row."
+            f"rotation matrix is not orthonormal: it stretches a unit vector to {worst[np.argmax(wrong)]:.6g}; at most "
+            f"{TOLERANCE:g} away from 1 is accepted. Its columns must be unit vectors at right angles, sent row by row."
         )
     nearest: Floats = u @ vt
-    if np.linalg.det(nearest) < 0.0:
+    if np.any(np.linalg.det(nearest) < 0.0):
         raise InvalidRotation(
             "rotation matrix is left-handed (determinant -1), a mirror image and no rotation; "
             "the third column must be the first × the second. Usually one sign is wrong."
@@ -154,35 +156,35 @@ def rotation_from_matrix(rows: Sequence[Sequence[float]] | Floats) -> Floats:
     return nearest
 
 
-def rotation_from_rpy(rpy: Sequence[float] | Floats) -> Floats:
-    """``Rz(yaw) Ry(pitch) Rx(roll)`` of ``[roll, pitch, yaw]`` rad.
+def rotation_from_rpy(rpy: ArrayLike) -> Floats:
+    """``Rz(yaw) Ry(pitch) Rx(roll)``, (..., 3, 3), of ``[roll, pitch, yaw]`` (..., 3) rad.
 
     Raises:
         InvalidRotation: not three finite numbers.
     """
-    roll, pitch, yaw = _numbers(rpy, (3,), "rpy [roll, pitch, yaw]")
+    roll, pitch, yaw = np.moveaxis(_numbers(rpy, (3,), "rpy [roll, pitch, yaw]"), -1, 0)
     return rotation_z(yaw) @ rotation_y(pitch) @ rotation_x(roll)
 
 
-def rotation_from_euler_zyz(angles: Sequence[float] | Floats) -> Floats:
-    """``Rz(α) Ry(β) Rz(γ)`` of ``[α, β, γ]`` rad, also what Kawasaki controllers call OAT.
+def rotation_from_euler_zyz(angles: ArrayLike) -> Floats:
+    """``Rz(α) Ry(β) Rz(γ)``, (..., 3, 3), of ``[α, β, γ]`` (..., 3) rad, also what Kawasaki controllers call OAT.
 
     Raises:
         InvalidRotation: not three finite numbers.
     """
-    alpha, beta, gamma = _numbers(angles, (3,), "euler_zyz [α, β, γ]")
+    alpha, beta, gamma = np.moveaxis(_numbers(angles, (3,), "euler_zyz [α, β, γ]"), -1, 0)
     return rotation_z(alpha) @ rotation_y(beta) @ rotation_z(gamma)
 
 
-def rotation_from_oat(angles: Sequence[float] | Floats) -> Floats:
-    """``Rz(O - 90°) Ry(90° - A) Rz(T)`` of ``[O, A, T]`` rad, (3.34) of the source.
+def rotation_from_oat(angles: ArrayLike) -> Floats:
+    """``Rz(O - 90°) Ry(90° - A) Rz(T)``, (..., 3, 3), of ``[O, A, T]`` (..., 3) rad, (3.34) of the source.
 
     VAL controllers of PUMA arms print A with the opposite sign.
 
     Raises:
         InvalidRotation: not three finite numbers.
     """
-    o, a, t = _numbers(angles, (3,), "oat [O, A, T]")
+    o, a, t = np.moveaxis(_numbers(angles, (3,), "oat [O, A, T]"), -1, 0)
     return rotation_z(o - pi / 2) @ rotation_y(pi / 2 - a) @ rotation_z(t)
 
 

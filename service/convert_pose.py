@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import radians
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from models.arm import TURN
 from models.arrays import Floats
+from models.errors import InvalidRotation
 from models.pose import (
     rotation_from_euler_zyz,
     rotation_from_matrix,
@@ -22,18 +24,37 @@ from service.schemas.pose import EulerZyz, Matrix, Oat, Orientation, Pose, Quate
 
 MOST = 2.0
 """Turns."""
+FORMATS: dict[type, tuple[str, Callable[[ArrayLike], Floats]]] = {
+    Quaternion: ("quaternion", rotation_from_quaternion),
+    Matrix: ("matrix", rotation_from_matrix),
+    RollPitchYaw: ("rpy", rotation_from_rpy),
+    EulerZyz: ("euler_zyz", rotation_from_euler_zyz),
+    Oat: ("oat", rotation_from_oat),
+}
+"""Name and conversion of each format, for one rotation or a stack of them."""
+ANGLES = RollPitchYaw, EulerZyz, Oat
 
 
 def pose_of(pose: Pose, pointer: str, issues: Issues) -> Floats:
     """(4, 4) transform; the identity where an issue had to be noted."""
     result: Floats = np.eye(4)
-    name = next(iter(type(pose.orientation).model_fields))
-    place = f"{pointer}/orientation/{name}"
-    if isinstance(pose.orientation, (RollPitchYaw, EulerZyz, Oat)):
-        check_radians(getattr(pose.orientation, name), place, issues)
+    name, converted = FORMATS[type(pose.orientation)]
+    place, values = f"{pointer}/orientation/{name}", getattr(pose.orientation, name)
+    if isinstance(pose.orientation, ANGLES):
+        check_radians(values, place, issues)
     with issues.at(place):
-        result = transform(_rotation(pose.orientation), pose.position)
+        result = transform(converted(values), pose.position)
     return result
+
+
+def poses_of(poses: Sequence[Pose], pointer: str, issues: Issues) -> Floats | None:
+    """(m, 4, 4) transforms of a list of poses; None where issues had to be noted."""
+    rotations = _rotations([pose.orientation for pose in poses])
+    if rotations is not None:
+        return transform(rotations, [pose.position for pose in poses])
+    before = len(issues.found)
+    one_by_one = [pose_of(pose, f"{pointer}/{index}", issues) for index, pose in enumerate(poses)]
+    return np.array(one_by_one) if len(issues.found) == before else None
 
 
 def check_radians(angles: Sequence[float], pointer: str, issues: Issues) -> None:
@@ -47,16 +68,18 @@ def check_radians(angles: Sequence[float], pointer: str, issues: Issues) -> None
         )
 
 
-def _rotation(orientation: Orientation) -> Floats:
-    """(3, 3), or InvalidRotation."""
-    match orientation:
-        case Quaternion():
-            return rotation_from_quaternion(orientation.quaternion)
-        case Matrix():
-            return rotation_from_matrix(orientation.matrix)
-        case RollPitchYaw():
-            return rotation_from_rpy(orientation.rpy)
-        case EulerZyz():
-            return rotation_from_euler_zyz(orientation.euler_zyz)
-        case _:
-            return rotation_from_oat(orientation.oat)
+def _rotations(orientations: Sequence[Orientation]) -> Floats | None:
+    """(m, 3, 3), all of a format converted at once: one by one takes forty times as long. None if any is wrong."""
+    made = np.empty((len(orientations), 3, 3))
+    for kind, (name, converted) in FORMATS.items():
+        rows = [row for row, orientation in enumerate(orientations) if type(orientation) is kind]
+        if not rows:
+            continue
+        values = np.array([getattr(orientations[row], name) for row in rows])
+        if kind in ANGLES and np.abs(values).max() > MOST * TURN:
+            return None
+        try:
+            made[rows] = converted(values)
+        except InvalidRotation:
+            return None
+    return made

@@ -11,7 +11,7 @@ from models.arm import Arm
 from models.family import Job, family
 from models.task import Task as ModelTask
 from models.task import arc_about_normal, arc_through_center, line, task_from_poses
-from service.convert_pose import pose_of
+from service.convert_pose import pose_of, poses_of
 from service.issues import Issues, pointer_of, shortened
 from service.schemas.request import LayoutRequest
 from service.schemas.task import ArcByCenter, ArcByRadius, LineTask, PosesTask, Task
@@ -64,8 +64,8 @@ def _path(task: Task, pointer: str, issues: Issues) -> ModelTask | None:
     """The poses of one way, or None if issues had to be noted."""
     before = len(issues.found)
     if isinstance(task, PosesTask):
-        poses = [pose_of(pose, f"{pointer}/poses/{index}", issues) for index, pose in enumerate(task.poses)]
-        if len(issues.found) == before:
+        poses = poses_of(task.poses, f"{pointer}/poses", issues)
+        if poses is not None:
             with issues.at(pointer):
                 return task_from_poses(poses)
         return None

@@ -22,10 +22,11 @@ class Strict(BaseModel):
     def _know_every_field(cls, value: Any) -> Any:
         """Refuse unknown fields here, where their right names are known, rather than by pydantic's own check."""
         if isinstance(value, dict):
-            unknown = [key for key in value if key not in cls.model_fields]
+            known = cls.__pydantic_fields__  # `model_fields` asks first whether it may: 2 µs, ten times per pose
+            unknown = [key for key in value if key not in known]
             if unknown:
                 raise PydanticCustomError(
-                    "unknown_field", "unknown field", {"unknown": unknown, "allowed": list(cls.model_fields)}
+                    "unknown_field", "unknown field", {"unknown": unknown, "allowed": list(known)}
                 )
         return value
 
@@ -46,7 +47,7 @@ def exactly_one_of(*names: str) -> Choice:
     """Chooses the member of a union by the one of ``names`` that is given; the member's tag is ``TAG`` + name."""
 
     def choose(value: Any) -> str | None:
-        fields = value if isinstance(value, dict) else type(value).model_fields if isinstance(value, Strict) else ()
+        fields = value if isinstance(value, dict) else value.__pydantic_fields__ if isinstance(value, Strict) else ()
         given = [name for name in names if name in fields]
         return TAG + given[0] if len(given) == 1 else None
 

@@ -201,3 +201,20 @@ def test_interpolation_is_the_same_seen_from_the_other_end(
 def test_interpolation_between_opposite_orientations_is_refused(miss: float) -> None:
     with pytest.raises(InvalidRotation, match="180°"):
         pose.interpolate_rotations(np.eye(3), pose.rotation_about((1, 2, 3), pi + miss), [0.5])
+
+
+@pytest.mark.parametrize("name", ["quaternion", "matrix", "rpy", "euler_zyz", "oat"])
+def test_stacks_of_any_shape_are_converted_at_once(name: str) -> None:
+    rng = np.random.default_rng(3)
+    turns = Rotation.random(12, rng=rng)
+    sent = {"quaternion": turns.as_quat(), "matrix": turns.as_matrix()}.get(name, rng.uniform(-4.0, 4.0, (12, 3)))
+    convert = getattr(pose, f"rotation_from_{name}")
+    single = np.array([convert(one) for one in sent])
+    np.testing.assert_array_equal(convert(sent), single)
+    np.testing.assert_array_equal(convert(sent.reshape(3, 4, *sent.shape[1:])), single.reshape(3, 4, 3, 3))
+    assert convert(sent[:0]).shape == (0, 3, 3)
+
+
+def test_the_first_wrong_one_of_a_stack_is_told() -> None:
+    with pytest.raises(InvalidRotation, match=r"length 1\.5"):
+        pose.rotation_from_quaternion([[0.0, 0.0, 0.0, 1.0], [0.0, 0.0, 0.0, 1.5], [0.0, 0.0, 0.0, 3.0]])

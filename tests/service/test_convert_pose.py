@@ -1,0 +1,78 @@
+"""Lists of poses: converted at once, and no otherwise than one by one."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from service.convert_pose import pose_of, poses_of
+from service.issues import Issues
+from service.schemas.pose import Pose
+
+FORMATS = ("quaternion", "matrix", "rpy", "euler_zyz", "oat")
+
+
+def as_sent(turn: Rotation, name: str) -> Any:
+    """A rotation as a user would send it."""
+    if name == "oat":
+        alpha, beta, gamma = turn.as_euler("ZYZ")
+        return [alpha + np.pi / 2, np.pi / 2 - beta, gamma]
+    made = {
+        "quaternion": turn.as_quat,
+        "matrix": turn.as_matrix,
+        "rpy": lambda: turn.as_euler("xyz"),
+        "euler_zyz": lambda: turn.as_euler("ZYZ"),
+    }
+    return made[name]().tolist()
+
+
+def poses(count: int) -> tuple[list[Pose], np.ndarray]:
+    """Poses in all formats by turns, and the matrices that they mean."""
+    rng = np.random.default_rng(5)
+    turns, positions = Rotation.random(count, rng=rng), rng.uniform(-2.0, 2.0, (count, 3))
+    made = []
+    for k, (turn, position) in enumerate(zip(turns, positions, strict=True)):
+        name = FORMATS[k % len(FORMATS)]
+        made.append(Pose.model_validate({"position": position.tolist(), "orientation": {name: as_sent(turn, name)}}))
+    meant = np.tile(np.eye(4), (count, 1, 1))
+    meant[:, :3, :3], meant[:, :3, 3] = turns.as_matrix(), positions
+    return made, meant
+
+
+def test_formats_may_be_mixed() -> None:
+    made, meant = poses(40)
+    found = poses_of(made, "/task/poses", Issues())
+    assert found is not None
+    np.testing.assert_allclose(found, meant, rtol=0.0, atol=1e-14)
+
+
+def test_together_is_as_one_by_one() -> None:
+    made, _ = poses(40)
+    issues = Issues()
+    found = poses_of(made, "/task/poses", issues)
+    np.testing.assert_array_equal(found, [pose_of(pose, "/task/poses", issues) for pose in made])
+    assert issues.found == []
+
+
+@pytest.mark.parametrize(
+    ("orientation", "words"),
+    [
+        ({"quaternion": [0.0, 0.0, 0.0, 2.0]}, "length 2"),
+        ({"matrix": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]]}, "left-handed"),
+        ({"matrix": [[2.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]}, "unit vector to 2;"),
+        ({"rpy": [0.0, 90.0, 0.0]}, "90 rad"),
+        ({"oat": [0.0, 0.0, -45.0]}, "-45 rad"),
+    ],
+)
+def test_every_wrong_pose_is_named(orientation: dict[str, Any], words: str) -> None:
+    made, _ = poses(20)
+    wrong = Pose.model_validate({"position": [0.0, 0.0, 0.0], "orientation": orientation})
+    made[3] = made[17] = wrong
+    issues = Issues()
+    assert poses_of(made, "/task/poses", issues) is None
+    name = next(iter(orientation))
+    assert [issue.pointer for issue in issues.found] == [f"/task/poses/{k}/orientation/{name}" for k in (3, 17)]
+    assert all(words in issue.detail for issue in issues.found)

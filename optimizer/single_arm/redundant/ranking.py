@@ -91,14 +91,14 @@ def lifted(problem: UnreducedProblem, seeds: Seeds) -> Seeds:
     return Seeds(joints, seeds.bases)
 
 
-def distinct(seeds: Seeds, order: Ints, most: int, joints: float, base: float) -> Ints:
+def distinct(problem: UnreducedProblem, seeds: Seeds, order: Ints, most: int, joints: float, base: float) -> Ints:
     """The first ``most`` of ``order`` (best first), without what is near an earlier one.
 
     Two are near where no joint differs by more than ``joints`` [rad] at the ends and in the middle of the path, and no
-    coordinate of the base by more than ``base`` [m].
+    coordinate of the base by more than ``base`` [m]; joints without end by whole turns more, see `_marks`.
     """
     m = seeds.joints.shape[1]
-    looked_at = seeds.joints[:, [0, (m - 1) // 2, m // 2, m - 1]].reshape(-1, len(seeds))
+    looked_at = _marks(problem, seeds.joints[:, [0, (m - 1) // 2, m // 2, m - 1]]).reshape(-1, len(seeds))
     marks = np.concatenate([looked_at / joints, seeds.bases[:, :3].T / base])[:, order]
     alive: Bools = np.ones(len(order), dtype=np.bool_)
     kept = []
@@ -109,3 +109,16 @@ def distinct(seeds: Seeds, order: Ints, most: int, joints: float, base: float) -
                 break
             alive &= np.max(np.abs(marks - marks[:, k, None]), axis=0) > 1.0
     return order[kept]
+
+
+def _marks(problem: UnreducedProblem, joints: Floats) -> Floats:
+    """(i, 4, K) what tells paths apart, from joints (n, 4, K) of some of their poses [rad].
+
+    A joint without end is where it is whatever its turn. The first one, where it is without end and costs nothing, has
+    any value under a base that may have any yaw: copies of one layout would fill every list.
+    """
+    endless = problem.endless
+    around = joints[endless]
+    if endless[0] and problem.joint_weights[0] == 0.0 and problem.endless_yaw:
+        around = around[1:]
+    return np.concatenate([joints[~endless], np.cos(around), np.sin(around)])

@@ -106,7 +106,9 @@ def staged(problem: UnreducedProblem, parameters: UnreducedParameters, seed: int
     found = figures(keys, seeds)
     order = np.argsort(found.score(STEP_SLACK * problem.max_step, parameters), kind="stable")
     order = order[found.error[order] < parameters.far]
-    seeds = seeds.take(distinct(seeds, order, parameters.spread_kept, parameters.same_joints, parameters.same_base))
+    seeds = seeds.take(
+        distinct(problem, seeds, order, parameters.spread_kept, parameters.same_joints, parameters.same_base)
+    )
     if not len(seeds):
         return None
     middle, middle_poses = middle_problem(problem, parameters)
@@ -116,7 +118,7 @@ def staged(problem: UnreducedProblem, parameters: UnreducedParameters, seed: int
     seeds = lifted(middle, gauss_newton(middle, gauss_newton(middle, seeds, arrive), how))
     pool = seeds.take(np.argsort(figures(middle, seeds).score(middle.max_step, parameters), kind="stable"))
     every = np.arange(len(pool))
-    kept = distinct(pool, every, parameters.middle_kept, parameters.same_joints, parameters.same_base)
+    kept = distinct(middle, pool, every, parameters.middle_kept, parameters.same_joints, parameters.same_base)
     seeds = settled(middle, pool.take(kept), parameters)
     seeds = carried(problem, seeds, middle_poses, parameters)
     seeds, found = ranked(problem, well_conditioned(problem, seeds, parameters), parameters)
@@ -170,7 +172,7 @@ def carried(problem: UnreducedProblem, seeds: Seeds, poses: Ints, parameters: Un
     on_poses = Iterations(2, parameters.middle_pull, parameters.soft, base_moves=False)
     seeds = gauss_newton(problem, seeds, on_poses)
     order = np.argsort(figures(problem, seeds).score(problem.max_step, parameters), kind="stable")
-    kept = distinct(seeds, order, parameters.whole_kept, parameters.near_joints, parameters.near_base)
+    kept = distinct(problem, seeds, order, parameters.whole_kept, parameters.near_joints, parameters.near_base)
     how = Iterations(parameters.middle_iterations, parameters.final_pull, parameters.stiff, steps=True)
     return lifted(problem, gauss_newton(problem, seeds.take(kept), how))
 
@@ -192,7 +194,7 @@ def ranked(problem: UnreducedProblem, seeds: Seeds, parameters: UnreducedParamet
     score = found.score(problem.max_step, parameters)
     order = np.lexsort((score, ~likely(problem, found, parameters), found.lack > 0.0))
     order = order[found.error[order] < parameters.unreached]
-    kept = distinct(seeds, order, len(order), parameters.near_joints, parameters.near_base)
+    kept = distinct(problem, seeds, order, len(order), parameters.near_joints, parameters.near_base)
     return seeds.take(kept), found.take(kept)
 
 

@@ -229,7 +229,7 @@ def _recombined(found: Staged, nets: _Nets) -> Seeds:
     seeds = carried(found.problem, seeds, found.middle_poses, parameters)
     both = found.seeds.join(ranked(found.problem, seeds, parameters)[0])
     order = np.arange(len(both))
-    kept = distinct(both, order, len(both), parameters.near_joints, parameters.near_base)
+    kept = distinct(found.problem, both, order, len(both), parameters.near_joints, parameters.near_base)
     return both.take(kept[kept >= len(found.seeds)])
 
 

@@ -14,6 +14,7 @@ from models.arm import Arm
 from models.arrays import Bools, Floats, Ints
 from models.branches import posture_of
 from models.cell import Cell
+from models.chain import chain_of
 from models.chain_columns import ColumnChain, column_chain
 from models.closed_form import closed_form
 from models.jobs import joined, slices
@@ -21,6 +22,8 @@ from optimizer.program import ArmPoint
 
 ENDLESS = 1e9
 """rad; stands for the limit of a joint without end, and for that of a free yaw."""
+UPRIGHT = 1.0 - 1e-6
+"""Cosine between two axes that are told apart nowhere in the search: of files with rounded angles."""
 LEAST_METRIC = 0.05
 """Share of the mean joint weight that a step costs at least in any joint: joints of weight 0 would run away."""
 LEAST_WEIGHT = 0.05
@@ -94,6 +97,12 @@ class UnreducedProblem:
         """(n,) True for joints without end."""
         without_end: Bools = self.upper - self.lower >= ENDLESS
         return without_end
+
+    @property
+    def endless_yaw(self) -> bool:
+        """True if the base may have any yaw, and turns (all but) about the axis of its first joint."""
+        upright = abs(float(chain_of(self.arm.robot).axes[0, 2])) > UPRIGHT
+        return upright and bool(self.base_upper[3] - self.base_lower[3] >= ENDLESS)
 
     def only(self, poses: Ints, weights: Floats) -> UnreducedProblem:
         """The same with some of the poses, in order, under other weights (k,)."""

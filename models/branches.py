@@ -274,3 +274,10 @@ def posture_of(form: ClosedForm, q: Floats) -> tuple[int, int, int]:
     """Signs of shoulder, elbow and wrist of joint values (6,) [rad]; on a singular set the positive side."""
     shoulder, elbow, wrist = (1 if sign >= 0 else -1 for sign in signs_of(form, q))
     return shoulder, elbow, wrist
+
+
+def path_signs(form: ClosedForm, joints: Floats) -> tuple[int, int, int]:
+    """The posture (shoulder, elbow, wrist) of a path (m, 6) [rad]: the sign each quantity has where it is not zero."""
+    totals = np.sum(signs_of(form, joints), axis=0)
+    shoulder, elbow, wrist = (1 if total >= 0 else -1 for total in totals)
+    return shoulder, elbow, wrist

@@ -16,9 +16,10 @@ import numpy as np
 from models.arrays import Floats
 from models.chain import Chain, chain_of
 from models.closed_form import ClosedForm, closed_form
+from models.difference import Difference, moved_apart
 from models.kept import KEPT
 from models.kinematics import reach
-from models.pose import inverse, rotation_angle, transform
+from models.pose import inverse, transform
 from models.robot import Robot
 
 ANGLE = 5e-3
@@ -37,18 +38,26 @@ class Nominal:
     Attributes:
         robot: same joints and limits; it has a closed form, and axis 1 along the base's z axis if the true one nearly
             has.
-        position: m, its flange is never farther than this from the true one at the same joint values.
-        angle: rad, likewise turned.
+        apart: how far its hand is from the true one at the same joint values, at most.
     """
 
     robot: Robot
-    position: float
-    angle: float
+    apart: Difference
+
+    @property
+    def position(self) -> float:
+        """m, its flange is never farther than this from the true one at the same joint values."""
+        return self.apart.position
+
+    @property
+    def angle(self) -> float:
+        """rad, likewise turned."""
+        return self.apart.angle
 
     @property
     def negligible(self) -> bool:
         """True if no check can tell the two apart, so that proofs need room for no more than that."""
-        return max(self.position, self.angle) <= KEPT
+        return self.apart.negligible
 
     @property
     def kind(self) -> str:
@@ -72,9 +81,10 @@ def nominal(robot: Robot) -> Nominal | None:
         return None  # the catalogue's figures are what they are
     drawn = _drawn(chain, LENGTH * reach(robot))
     stand_in = _robot_of(robot, drawn)
-    if closed_form(stand_in) is None or (closed_form(robot) is not None and chain_of(stand_in).vertical_sign == 0):
+    form = closed_form(stand_in)
+    if form is None or (closed_form(robot) is not None and chain_of(stand_in).vertical_sign == 0):
         return None
-    found = Nominal(stand_in, *_apart(chain, drawn))
+    found = Nominal(stand_in, _difference(chain, drawn, form))
     if usable and (not found.negligible or max(found.position, found.angle) < ROUNDING):
         return None
     return found
@@ -84,6 +94,28 @@ def posture_form(robot: Robot) -> ClosedForm | None:
     """What the words of a posture mean for a robot: its closed form, or that of the arm it was drawn as."""
     meant = nominal(robot) if closed_form(robot) is None else None
     return closed_form(robot if meant is None else meant.robot)
+
+
+def singular_fifth(robot: Robot) -> float | None:
+    """A value of joint 5 [rad] at which the wrist of a robot with postures is singular; None for other robots.
+
+    Half a turn away is another one. There the axes 4, 5 and 6 lie in one plane, and the wrist has lost a direction to
+    turn about. Where the wrist is as drawn, 4 and 6 (or 2 and 6) are in line.
+    """
+    form = closed_form(robot)
+    if form is not None:
+        return form.wrist_zero
+    meant = posture_form(robot)
+    return None if meant is None else _in_one_plane(chain_of(robot), meant.wrist_zero)
+
+
+@lru_cache(maxsize=256)
+def _in_one_plane(chain: Chain, near: float) -> float:
+    """The value of joint 5 nearest to another one at which axes 4, 5 and 6 lie in one plane [rad]."""
+    fourth, fifth, sixth = chain.axes[3:]
+    before, behind = (axis - fifth * (axis @ fifth) for axis in (fourth, sixth))
+    angle = float(np.arctan2(fifth @ np.cross(behind, before), behind @ before))
+    return near + float(np.remainder(angle - near + 0.5 * np.pi, np.pi)) - 0.5 * np.pi
 
 
 def as_drawn(robot: Robot) -> Robot:
@@ -173,21 +205,8 @@ def _robot_of(robot: Robot, chain: Chain) -> Robot:
     )
 
 
-def _apart(true: Chain, drawn: Chain) -> tuple[float, float]:
-    """Bounds of how far two chains with one flange at zero move it apart: [m] and [rad].
-
-    The flange is the product of one turn per joint and of one home pose. Where the axis of a turn is tilted by δ about
-    a point at distance d from the other axis, the turn about it differs by an angle of at most 2 δ and moves a point at
-    distance r by at most 2 δ r + 2 d elsewhere; what stands before the joint only moves that about.
-    """
-    ends = [*true.points[1:], true.home[:3, 3]]
-    links = [float(np.linalg.norm(end - point)) for point, end in zip(true.points, ends, strict=True)]
-    position, angle = 0.0, 0.0
-    for i in range(len(true.axes)):
-        tilt = float(np.arcsin(np.clip(np.linalg.norm(np.cross(true.axes[i], drawn.axes[i])), 0.0, 1.0)))
-        offset = _off(drawn.points[i], true.points[i], true.axes[i])
-        lever = sum(links[i:]) + float(np.linalg.norm(drawn.points[i] - true.points[i]))
-        position += 2.0 * tilt * lever + 2.0 * offset
-        angle += 2.0 * tilt
-    angle += float(rotation_angle(true.home[:3, :3].T @ drawn.home[:3, :3]))
-    return position * (1.0 + 1e-9), angle * (1.0 + 1e-9)
+def _difference(true: Chain, drawn: Chain, form: ClosedForm) -> Difference:
+    """Bounds of how far two chains with one flange at zero are apart, the second of which has a closed form."""
+    position, angle = moved_apart(true, drawn, np.zeros(3))
+    wrist, _ = moved_apart(true, drawn, form.wrist_in_flange)
+    return Difference(position, wrist, angle, abs(_in_one_plane(true, form.wrist_zero) - form.wrist_zero))

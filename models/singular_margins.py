@@ -16,8 +16,9 @@ import numpy as np
 from models.arm import SINGULAR_WRIST, Arm
 from models.arrays import Bools, Floats
 from models.branches import posture_terms
-from models.closed_form import ClosedForm
+from models.closed_form import closed_form
 from models.kept import KEPT
+from models.nominal import singular_fifth
 from models.task import Task
 
 SHOULDER, ELBOW = 1e-3, 1e-3
@@ -48,43 +49,51 @@ def margins_at_poses(arm: Arm) -> Margins:
     return Margins(0.0, 0.0, SINGULAR_WRIST if arm.avoid_singularities else 0.0)
 
 
-def spare_terms(arm: Arm, form: ClosedForm, joints: Floats) -> Floats:
+def keeps_margins(arm: Arm) -> bool:
+    """True if an arm keeps a margin from any singular set."""
+    return closed_form(arm.robot) is not None or (arm.avoid_singularities and singular_fifth(arm.robot) is not None)
+
+
+def spare_terms(arm: Arm, joints: Floats) -> Floats:
     """Smooth functions of the place that are negative where an arm comes too near a singular set.
 
     The square of the distance in front of axis 1 and the cosines of elbow and wrist are smooth along a way, also where
     joints are not: what the former exceeds, and by what the latter keep off 1 and -1.
 
     Args:
-        arm: the arm. form: its closed form.
+        arm: an arm that `keeps_margins`.
         joints: (..., 6) rad.
 
     Returns:
-        (..., 3) shoulder [m²], elbow stretched, elbow folded; (..., 5) with the wrist's two where that is to be kept.
+        (..., 3) shoulder [m²], elbow stretched, elbow folded; (..., 5) with the wrist's two where that is to be kept;
+        (..., 2) the wrist's alone for arms that are not quite as drawn.
     """
-    margins = margins_along(arm)
-    front, _, _ = posture_terms(form, np.moveaxis(joints, -1, 0), np.sin, np.cos)
-    cosines = [(form.planar.elbow_angle + form.turns[2] * joints[..., 2], margins.elbow)]
-    if arm.avoid_singularities:
-        cosines.append((joints[..., 4] - form.wrist_zero, margins.wrist))
-    spare = [front**2 - (margins.shoulder - KEPT) ** 2]
+    margins, form, singular = margins_along(arm), closed_form(arm.robot), singular_fifth(arm.robot)
+    spare, cosines = [], []
+    if form is not None:
+        front, _, _ = posture_terms(form, np.moveaxis(joints, -1, 0), np.sin, np.cos)
+        spare.append(front**2 - (margins.shoulder - KEPT) ** 2)
+        cosines.append((form.planar.elbow_angle + form.turns[2] * joints[..., 2], margins.elbow))
+    if arm.avoid_singularities and singular is not None:
+        cosines.append((joints[..., 4] - singular, margins.wrist))
     for angle, margin in cosines:
         cosine, most = np.cos(angle), np.cos(margin - KEPT)
         spare += [most - cosine, most + cosine]
     return np.stack(spare, axis=-1)
 
 
-def lacking_at_poses(arm: Arm, form: ClosedForm, task: Task, joints: Floats) -> tuple[Bools, Floats]:
+def lacking_at_poses(arm: Arm, task: Task, joints: Floats) -> tuple[Bools, Floats]:
     """Which poses a way may not go through, and what the ways from and to other poses may lack.
 
     Args:
-        arm: the arm. form: its closed form.
+        arm: an arm that `keeps_margins`.
         task: the poses. joints: (m, 6) rad at them.
 
     Returns:
         (m,) True where a way goes through a pose that is too near a singular set; (m - 1, k) how far the terms of
         `spare_terms` may be below zero on each step, because a way begins or ends at a pose that is as near.
     """
-    lack = np.maximum(-spare_terms(arm, form, joints), 0.0)
+    lack = np.maximum(-spare_terms(arm, joints), 0.0)
     ends = _ends(task, joints)
     allowed = np.where(ends[:, None], lack, 0.0)
     return np.any(lack > 0.0, axis=-1) & ~ends, np.maximum(allowed[:-1], allowed[1:])

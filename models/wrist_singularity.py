@@ -2,7 +2,8 @@
 
 Where joint 5 aligns the axes that it turns against each other, one joint of the wrist may take any value and drags
 others along: no controller follows a path there. So a pose whose wrist is within `models.arm.SINGULAR_WRIST` of its
-singularity is not usable, unless the arm is told to allow it.
+singularity is not usable, unless the arm is told to allow it. The axes of an arm that is not quite as drawn never
+align; its wrist is singular where its own axes 4, 5 and 6 lie in one plane (`models.nominal.singular_fifth`).
 """
 
 from __future__ import annotations
@@ -11,16 +12,21 @@ import numpy as np
 
 from models.arm import SINGULAR_WRIST, Arm
 from models.arrays import Floats
-from models.closed_form import ClosedForm, closed_form
 from models.kept import KEPT
+from models.nominal import singular_fifth
 
 ROUNDING = 1e-9
 """rad"""
 
 
-def wrist_distance(form: ClosedForm, fifth: Floats) -> Floats:
-    """(...) rad in [0, π/2], distance of values of joint 5 (...) [rad] from the nearer singular one."""
-    distance: Floats = np.abs(fifth - form.wrist_zero)
+def wrist_distance(singular: float, fifth: Floats) -> Floats:
+    """(...) rad in [0, π/2], distance of values of joint 5 (...) [rad] from the nearer singular one.
+
+    Args:
+        singular: rad, one of the singular values; see `models.nominal.singular_fifth`.
+        fifth: (...) rad.
+    """
+    distance: Floats = np.abs(fifth - singular)
     if np.max(distance, initial=0.0) > np.pi:
         distance = np.abs(np.remainder(distance + np.pi, 2.0 * np.pi) - np.pi)
     np.subtract(0.5 * np.pi, np.abs(distance - 0.5 * np.pi), out=distance)
@@ -30,17 +36,17 @@ def wrist_distance(form: ClosedForm, fifth: Floats) -> Floats:
 def wrist_shortfall(arm: Arm, joints: Floats) -> Floats:
     """(...) rad, what the wrist lacks of its distance on paths (n, ..., m) [rad]; 0 if it keeps it at every pose.
 
-    All 0 for arms without a closed form and for those that allow singularities.
+    All 0 for arms without postures and for those that allow singularities.
     """
-    form = closed_form(arm.robot)
-    if form is None or not arm.avoid_singularities:
+    singular = singular_fifth(arm.robot) if arm.avoid_singularities else None
+    if singular is None:
         return np.zeros(joints.shape[1:-1])
-    off = joints[4] - form.wrist_zero  # in few passes: this is asked for at every base that is looked at
+    off = joints[4] - singular  # in few passes: this is asked for at every base that is looked at
     np.abs(off, out=off)
     np.subtract(off, 0.5 * np.pi, out=off)
     np.abs(off, out=off)
     farthest = np.max(off, axis=-1, initial=0.0)
     if np.max(farthest, initial=0.0) > 0.5 * np.pi + ROUNDING:  # joint 5 is on other turns
-        farthest = 0.5 * np.pi - np.min(wrist_distance(form, joints[4]), axis=-1, initial=0.5 * np.pi)
+        farthest = 0.5 * np.pi - np.min(wrist_distance(singular, joints[4]), axis=-1, initial=0.5 * np.pi)
     shortfall: Floats = np.maximum(farthest - (0.5 * np.pi - SINGULAR_WRIST + KEPT), 0.0)
     return shortfall

@@ -55,7 +55,7 @@ def _pose_errors(arm: Arm, check: ArmCheck) -> tuple[Reason, ...]:
 
 
 def _posture(arm: Arm, point: ArmPoint, check: ArmCheck) -> tuple[Reason, ...]:
-    if point.signs is not None and not arm.posture.admits(point.signs):
+    if np.isinf(check.posture) or (point.signs is not None and not arm.posture.admits(point.signs)):
         return (Reason(arm.name, "posture", (), f"{arm.name}: this is not the posture asked for"),)
     if check.posture > SIDE:
         detail = f"{arm.name}: the posture changes along the path, which passes a singularity"

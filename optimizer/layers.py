@@ -19,6 +19,7 @@ from models.cell import Cell
 from models.chain import chain_of
 from models.closed_form import closed_form
 from models.inverse import branches
+from models.nominal import posture_form
 from models.pose import inverse
 from models.posture import ALL_SIGNS
 from models.wrist_singularity import wrist_shortfall
@@ -58,7 +59,7 @@ def layers_at(cell: Cell, arm: Arm, position: Floats, yaw: float, poses: Floats 
     targets = cell.flange_targets(arm)
     chosen = targets if poses is None else targets[poses.astype(int)]
     found = branches(arm.robot, inverse(arm.base_in_world(position, yaw)) @ chosen)
-    form = closed_form(arm.robot)
+    form = posture_form(arm.robot)
     if form is None or arm.posture.free:
         return list(found)
     return [
@@ -122,17 +123,18 @@ def finish_path(cell: Cell, arm: Arm, position: Floats, yaw: float, joints: Floa
     path = joints.T
     violation += float(wrist_shortfall(arm, joints))
     objective = objective_of(task, arm, path)
-    form = closed_form(arm.robot)
+    form = posture_form(arm.robot)
     postures = [] if form is None else [posture_of(form, path[(job.start + job.stop) // 2]) for job in task.jobs]
     signs = postures[0] if postures else None
     if signs is not None and not (arm.posture.admits(signs) and len(set(postures)) == 1):
         violation += EXCLUDED
+    signs = None if closed_form(arm.robot) is None else signs  # programs of arms not quite as drawn know of none
     return LayeredPath(position, yaw, path, objective, violation, signs=signs)
 
 
 def _cheapest(cell: Cell, arm: Arm, layers: list[Floats], costs: list[Floats]) -> Floats:
     """(m, n) the branches taken: a shortest path for each job, in one posture where there are several jobs."""
-    jobs, form = cell.task.jobs, closed_form(arm.robot)
+    jobs, form = cell.task.jobs, posture_form(arm.robot)
     ways = []
     if form is not None and len(jobs) > 1:
         signs = [[posture_of(form, q) for q in layer] for layer in layers]

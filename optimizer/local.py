@@ -59,8 +59,14 @@ def touches(cell: Cell, arm: Arm, point: ArmPoint) -> tuple[bool, bool]:
     form = closed_form(arm.robot)
     if form is None or point.signs is None:
         return False, False
-    through, allowed = lacking_at_poses(arm, form, cell.task, point.joints)
+    through, allowed = lacking_at_poses(arm, cell.task, point.joints)
     return bool(np.any(through)), bool(np.any(allowed > 0.0))
+
+
+def worse_for_its_ends(cell: Cell, arm: Arm, best: ArmPoint, point: ArmPoint) -> float:
+    """By which factor a point must beat the best one, where that keeps clear of singularities at its ends too."""
+    clear = not touches(cell, arm, best)[1]
+    return 1.0 - CLEAR if clear and touches(cell, arm, point)[1] else 1.0
 
 
 def _solve_rows(

@@ -8,12 +8,12 @@ import numpy as np
 
 from models.arm import Arm
 from models.arrays import Floats
-from models.branches import posture_terms, signs_of
+from models.branches import path_signs, posture_terms
 from models.cell import Cell
 from models.closed_form import ClosedForm
 from models.kinematics import characteristic_length, conditioning
 from models.links import provenance
-from models.nominal import posture_form
+from models.nominal import posture_form, singular_fifth
 from models.posture import name_signs
 from models.task import Task
 from models.wrist_singularity import wrist_distance
@@ -50,13 +50,6 @@ def jobs_of(cell: Cell, placements: Sequence[Placement]) -> tuple[JobShare, ...]
     return tuple(shares)
 
 
-def path_signs(form: ClosedForm, joints: Floats) -> tuple[int, int, int]:
-    """The posture (shoulder, elbow, wrist) of a path (m, 6): the sign each quantity has where it is not zero."""
-    totals = np.sum(signs_of(form, joints), axis=0)
-    shoulder, elbow, wrist = (1 if total >= 0 else -1 for total in totals)
-    return shoulder, elbow, wrist
-
-
 def placed(cell: Cell, arm: Arm, point: ArmPoint) -> Placement:
     """All figures of one arm of a cell at a point."""
     form = posture_form(arm.robot)
@@ -73,7 +66,7 @@ def placed(cell: Cell, arm: Arm, point: ArmPoint) -> Placement:
         minimum_margin=float(np.min(margins)),
         minimum_conditioning=float(np.min(conditioning(arm.robot, arm.tool, point.joints, length))),
         characteristic_length=length,
-        singularity_distances={} if form is None else _singularity_distances(form, point.joints),
+        singularity_distances={} if form is None else _singularity_distances(arm, form, point.joints),
         mount=arm.mount,
         avoids_singularities=arm.avoid_singularities,
         mounting_face=None if arm.robot.mounting_face is None else arm.robot.mounting_face.pose,
@@ -81,11 +74,12 @@ def placed(cell: Cell, arm: Arm, point: ArmPoint) -> Placement:
     )
 
 
-def _singularity_distances(form: ClosedForm, joints: Floats) -> dict[str, float]:
+def _singularity_distances(arm: Arm, form: ClosedForm, joints: Floats) -> dict[str, float]:
     """Smallest distance to each singular set: shoulder [m], elbow and wrist [rad] (0 = singular, π/2 = farthest)."""
     front, elbow, _ = posture_terms(form, joints.T, np.sin, np.cos)
+    singular = singular_fifth(arm.robot)
     return {
         "shoulder": float(np.min(np.abs(front))),
         "elbow": float(np.min(np.arcsin(np.minimum(np.abs(elbow), 1.0)))),
-        "wrist": float(np.min(wrist_distance(form, joints[:, 4]))),
+        "wrist": float(np.min(wrist_distance(form.wrist_zero if singular is None else singular, joints[:, 4]))),
     }

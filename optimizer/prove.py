@@ -10,18 +10,19 @@ from dataclasses import replace
 import numpy as np
 
 from models.cell import Cell
-from models.posture import name_signs
+from models.nominal import Nominal
 from optimizer.certificate.certify import certify
 from optimizer.certificate.together import prove_together
 from optimizer.coupled.found import CoupledSearch
 from optimizer.layout import ArmCertificate, Certificate
 from optimizer.local import solve_locally
-from optimizer.proof import ArmProof, Incumbent, relative_gap
+from optimizer.measure import objective_of
+from optimizer.program import ArmPoint
+from optimizer.proof import ArmProof, relative_gap
 from optimizer.reasons import explain_proof
-from optimizer.reduced import ReducedProblem
 from optimizer.settings import CertificateSettings
 from optimizer.single_arm.arm_search import ArmSearch
-from optimizer.single_arm.as_drawn import what_is_bounded
+from optimizer.single_arm.as_drawn import problem_of_drawing, starts_from, what_is_bounded, what_is_covered
 from optimizer.single_arm.passable import best_passable
 from optimizer.single_arm.refinement import path_from
 from optimizer.verify import check
@@ -103,9 +104,7 @@ def _prove_arm(cell: Cell, search: ArmSearch, settings: CertificateSettings) -> 
     if search.proved:
         return ArmCertificate(arm.name, None, None, True, 0, 0.0, "proved infeasible: out of reach")
     if search.drawing is not None and search.meant is not None:
-        drawn = _prove_arm(cell, search.drawing, settings)
-        note = what_is_bounded(search.meant, drawn.lower_bound)
-        return ArmCertificate(arm.name, None, None, False, drawn.boxes, drawn.wall_time, note, drawn.ended)
+        return _prove_drawing(cell, search, search.meant, settings)
     if search.problem is None:
         return ArmCertificate(arm.name, None, None, False, 0, 0.0, _no_proof(search))
     known = search.objective if search.best is not None else None
@@ -115,8 +114,27 @@ def _prove_arm(cell: Cell, search: ArmSearch, settings: CertificateSettings) -> 
         search.proved = True
         search.reasons = explain_proof(cell, search.arm, proof.obstacles) + search.reasons
     elif proof.found is not None:
-        _take_over(cell, search, search.problem, proof.found)
+        found = proof.found
+        _take_over(cell, search, path_from(search.problem, found.position, found.signs), found.objective)
     return _certificate(search, proof, settings)
+
+
+def _prove_drawing(cell: Cell, search: ArmSearch, meant: Nominal, settings: CertificateSettings) -> ArmCertificate:
+    """A proof on what an arm was drawn as, with room for all that the arm may be off it: it holds for the arm."""
+    arm = search.arm
+    problem = problem_of_drawing(cell, arm, meant)
+    if problem is None:
+        return ArmCertificate(arm.name, None, None, False, 0, 0.0, _no_proof(search))
+    proof = certify(problem, search.objective if search.best is not None else None, settings)
+    if proof.infeasible:
+        search.proved = True
+        search.reasons = explain_proof(cell, problem.arm, proof.obstacles) + search.reasons
+    elif proof.found is not None:
+        drawn = [(proof.found.objective, path_from(problem, proof.found.position, proof.found.signs))]
+        for start in starts_from(cell, arm, meant, drawn, time.perf_counter() + PATIENCE):
+            _take_over(cell, search, start, objective_of(cell.task, arm, start.joints))
+    found = _certificate(search, proof, settings)
+    return replace(found, note=f"{found.note or what_is_bounded()}; {what_is_covered(meant)}")
 
 
 def _certificate(search: ArmSearch, proof: ArmProof, settings: CertificateSettings) -> ArmCertificate:
@@ -141,14 +159,13 @@ def _no_proof(search: ArmSearch) -> str:
     )
 
 
-def _take_over(cell: Cell, search: ArmSearch, problem: ReducedProblem, found: Incumbent) -> None:
-    """Continue from a path the proof met, if the search has missed its basin."""
-    start = path_from(problem, found.position, found.signs)
+def _take_over(cell: Cell, search: ArmSearch, start: ArmPoint, objective: float) -> None:
+    """Continue from a path of some objective that the proof met, if the search has missed its basin."""
     result = solve_locally(cell, search.arm, start, time.perf_counter() + PATIENCE)
     search.starts += 1
     better = [
         (value, point)
-        for value, point in ((result.objective, result.points[0]), (found.objective, start))
+        for value, point in ((result.objective, result.points[0]), (objective, start))
         if np.isfinite(value) and value < search.objective and check(cell, search.arm, point).usable
     ]
     best = best_passable(
@@ -159,11 +176,10 @@ def _take_over(cell: Cell, search: ArmSearch, problem: ReducedProblem, found: In
     value, point = best
     if value < search.objective * (1.0 - 1e-6):
         log.warning(
-            "the search missed the best basin of arm %r: %.9g, the proof found %.9g in posture %s",
+            "the search missed the best basin of arm %r: %.9g, the proof found %.9g",
             search.arm.name,
             search.objective,
             value,
-            name_signs(found.signs),
         )
     search.objective, search.best, search.reasons = value, point, ()
     search.basins.insert(0, (value, 1))

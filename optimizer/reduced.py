@@ -18,6 +18,7 @@ from models.branches import Branches, solve_branches, solve_signed
 from models.cell import Cell
 from models.chain import chain_of
 from models.closed_form import ClosedForm, closed_form
+from models.difference import SAME, Difference
 from models.jobs import slices
 from models.kinematics import characteristic_length
 from models.posture import ALL_SIGNS
@@ -44,8 +45,8 @@ class ReducedProblem:
         weights: (m,) what the poses count for in the objective; None for 1.
         gap_steps: (m - 1,) rad, of a sample: joint step to the next pose that the steps left out between them allow;
             infinite where that says nothing, None if it never does.
-        apart: m and rad by which the flange of the arm that is meant may be off this one's at the same joint values:
-            what is proved here has to hold for that arm.
+        apart: by how much the arm that is asked about may be off this one at the same joint values: what is proved
+            here has to hold for that arm.
     """
 
     arm: Arm
@@ -59,7 +60,7 @@ class ReducedProblem:
     starts: tuple[int, ...] = (0,)
     weights: Floats | None = None
     gap_steps: Floats | None = None
-    apart: float = 0.0
+    apart: Difference = SAME
 
     @property
     def jobs(self) -> tuple[slice, ...]:
@@ -169,7 +170,7 @@ class Paths:
         return self.missing + self.beyond + self.jump + self.singular
 
 
-def reduced_problem(cell: Cell, arm: Arm, apart: float = 0.0) -> ReducedProblem | None:
+def reduced_problem(cell: Cell, arm: Arm, apart: Difference = SAME) -> ReducedProblem | None:
     """The reduced problem of one arm, or None if the arm has no closed form or no vertical first axis.
 
     Args:

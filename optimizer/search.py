@@ -10,6 +10,7 @@ import numpy as np
 from models.arm import Arm
 from models.arrays import Floats
 from models.cell import Cell
+from models.difference import SAME, Difference
 from models.nominal import Nominal, nominal
 from optimizer.box import search_box
 from optimizer.certificate.budget import boxes_for
@@ -17,7 +18,7 @@ from optimizer.certificate.certify import BranchAndBound, certify
 from optimizer.events import Screened, Started
 from optimizer.layers import LayeredPath
 from optimizer.layout import Reason
-from optimizer.local import CLEAR, solve_locally, touches
+from optimizer.local import solve_locally, worse_for_its_ends
 from optimizer.measure import objective_of
 from optimizer.program import ArmPoint
 from optimizer.reasons import explain_general, explain_proof, explain_reach, explain_reduced
@@ -25,19 +26,17 @@ from optimizer.reduced import ReducedProblem, evaluate_signed, reduced_problem
 from optimizer.screening import ROUNDS, Candidate, Screen, screen
 from optimizer.settings import CertificateSettings, Settings
 from optimizer.single_arm.arm_search import ArmSearch
-from optimizer.single_arm.as_drawn import admitted, starts_from
+from optimizer.single_arm.as_drawn import paths_from, starts_from, why_impossible
 from optimizer.single_arm.base_sample import BoxFrame
 from optimizer.single_arm.basins import LEVEL, ROUNDED, distinct_optima, elsewhere
 from optimizer.single_arm.doubt import at_limit, in_doubt
 from optimizer.single_arm.nearest import nearest_candidate, nearest_path
-from optimizer.single_arm.passable import best_passable, best_tolerable, with_places
+from optimizer.single_arm.passable import best_passable, best_tolerable, where_stuck, with_places
 from optimizer.single_arm.redundant.parameters import PARAMETERS, THOROUGH, UnreducedParameters
 from optimizer.single_arm.redundant.reachable_poses import unreached_poses
 from optimizer.single_arm.redundant.unreduced import search_unreduced
 from optimizer.single_arm.refinement import brought_to_optimum, path_from
 from optimizer.single_arm.worth import MOVE, worth_solving
-from optimizer.verification.way import follow_way
-from optimizer.verification.words import way_faults
 from optimizer.verify import check
 from optimizer.watch import tell
 
@@ -68,7 +67,7 @@ LONG_TASK = 200
 """Poses from which on only half as many starts are solved."""
 
 
-def search_arm(cell: Cell, arm: Arm, settings: Settings, deadline: float, apart: float = 0.0) -> ArmSearch:
+def search_arm(cell: Cell, arm: Arm, settings: Settings, deadline: float, apart: Difference = SAME) -> ArmSearch:
     """Find the best placement of one arm that nothing couples to others; ``apart``: see `ReducedProblem`."""
     meant = nominal(arm.robot)
     search = ArmSearch(arm, problem=None if meant is not None else reduced_problem(cell, arm, apart))
@@ -88,7 +87,7 @@ def search_arm(cell: Cell, arm: Arm, settings: Settings, deadline: float, apart:
     else:
         if meant is not None:
             _search_drawing(cell, search, meant, settings, deadline)
-        if search.best is None and not (meant is not None and meant.negligible):
+        if search.best is None and not search.proved and not (meant is not None and meant.negligible):
             _search_general(cell, search, box, settings.seed, deadline)
     if search.best is None and not search.finished:
         detail = f"{arm.name}: the time limit was reached before a usable base was found; allow more time"
@@ -98,14 +97,14 @@ def search_arm(cell: Cell, arm: Arm, settings: Settings, deadline: float, apart:
 
 def _search_drawing(cell: Cell, search: ArmSearch, meant: Nominal, settings: Settings, deadline: float) -> None:
     """Search the arm that this one was drawn as, and take its optima over to this one."""
-    apart = max(meant.position, meant.angle) if meant.negligible else 0.0
-    drawing = search_arm(cell, replace(search.arm, robot=meant.robot), settings, deadline, apart)
+    arm = replace(search.arm, robot=meant.robot)
+    drawing = search_arm(cell, arm, settings, deadline, meant.apart if meant.negligible else SAME)
     search.drawing, search.meant = drawing, meant
     search.candidates, search.starts, search.finished = drawing.candidates, drawing.starts, drawing.finished
     best = [] if drawing.best is None else [(drawing.objective, drawing.best)]
-    admits, optima = admitted(search.arm, meant), []
+    optima = []
     for start in starts_from(cell, search.arm, meant, best + drawing.optima, deadline):
-        optima += [one for one in _solve(cell, search, start, deadline) if admits(one[1])]
+        optima += _solve(cell, search, start, deadline)
         if meant.negligible and check(cell, search.arm, start).usable:
             optima.append((objective_of(cell.task, search.arm, start.joints), start))
     _keep(cell, search, optima, deadline)
@@ -115,6 +114,18 @@ def _search_drawing(cell: Cell, search: ArmSearch, meant: Nominal, settings: Set
         search.proved, search.optima = drawing.proved, search.optima or drawing.optima
         search.reasons = () if search.best is not None else drawing.reasons
         search.nearest = search.optima[0][1] if search.optima else drawing.nearest
+    elif search.best is None:
+        _search_beside(cell, search, arm, settings, deadline)
+        search.reasons = why_impossible(cell, search.arm, meant, deadline) if drawing.proved and not search.best else ()
+        search.proved = bool(search.reasons)
+
+
+def _search_beside(cell: Cell, search: ArmSearch, drawn: Arm, settings: Settings, deadline: float) -> None:
+    """Search where the wrist of the drawing is too near to its singularity, and that of the arm may not be."""
+    if search.arm.avoid_singularities:
+        drawing = search_arm(cell, replace(drawn, avoid_singularities=False), settings, deadline)
+        starts = paths_from(cell, search.arm, drawing.optima, deadline)
+        _keep(cell, search, [one for start in starts for one in _solve(cell, search, start, deadline)], deadline)
 
 
 def _search_reduced(
@@ -141,7 +152,9 @@ def _search_reduced(
         if round_ == 0 and _decide(cell, search, problem, deadline):
             break
     else:
-        search.reasons = _stuck(cell, search) or explain_reduced(cell, problem, box, candidates, seed)
+        search.reasons = where_stuck(cell, search.arm, search.optima) or explain_reduced(
+            cell, problem, box, candidates, seed
+        )
     if search.best is None:
         search.nearest = search.optima[0][1] if search.optima else nearest_candidate(problem, candidates)
 
@@ -283,7 +296,7 @@ def _search_general(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadl
         search.nearest = search.optima[0][1] if search.optima else nearest_path(paths)
     if search.best is None and search.finished:
         far = () if paths else unreached_poses(cell, search.arm, box, seed)
-        search.reasons = _stuck(cell, search) or explain_general(cell, search.arm, paths, far)
+        search.reasons = where_stuck(cell, search.arm, search.optima) or explain_general(cell, search.arm, paths, far)
 
 
 def _search_seeds(
@@ -331,19 +344,5 @@ def _keep(cell: Cell, search: ArmSearch, optima: list[tuple[float, ArmPoint]], d
     best = best_passable(cell, search.arm, fresh, search.objective, deadline)
     if best is None:
         return
-    if search.best is None or best[0] < search.objective * _worse_for_its_ends(cell, search, best[1]):
+    if search.best is None or best[0] < search.objective * worse_for_its_ends(cell, search.arm, search.best, best[1]):
         search.objective, search.best = best
-
-
-def _worse_for_its_ends(cell: Cell, search: ArmSearch, point: ArmPoint) -> float:
-    """By which factor a point must beat the best one, where that keeps clear of singularities at its ends too."""
-    clear = search.best is not None and not touches(cell, search.arm, search.best)[1]
-    return 1.0 - CLEAR if clear and touches(cell, search.arm, point)[1] else 1.0
-
-
-def _stuck(cell: Cell, search: ArmSearch) -> tuple[Reason, ...]:
-    """Where the best point gets stuck between its poses, if there are points and none of them gets through."""
-    if not search.optima:
-        return ()
-    way = follow_way(cell, search.arm, search.optima[0][1])
-    return way_faults(way.breaks, way.beyond)

@@ -8,11 +8,12 @@ import numpy as np
 
 from models.arm import Arm
 from models.arrays import Floats
-from models.branches import posture_terms
+from models.branches import path_signs, posture_terms
 from models.cell import Cell
 from models.closed_form import ClosedForm, closed_form
 from models.kept import KEPT
 from models.kinematics import characteristic_length, conditioning, flange_poses
+from models.nominal import posture_form
 from models.pose import rotation_angle
 from models.wrist_singularity import wrist_shortfall
 from optimizer.layout import Verification
@@ -95,12 +96,15 @@ def check(cell: Cell, arm: Arm, point: ArmPoint) -> ArmCheck:
 
 def _wrong_side(arm: Arm, point: ArmPoint) -> float:
     """How far the path goes to the other side of its posture's signs; infinite in a posture that is not admitted."""
-    form = closed_form(arm.robot)
-    if form is None or point.signs is None:
+    form, signs = closed_form(arm.robot), point.signs
+    if form is None:  # the postures of an arm that is not quite as drawn are those of its drawing
+        form = posture_form(arm.robot)
+        signs = None if form is None else path_signs(form, point.joints)
+    if form is None or signs is None:
         return 0.0
-    if not arm.posture.admits(point.signs):
+    if not arm.posture.admits(signs):
         return float(np.inf)
-    return float(np.max(wrong_sides(form, point.signs, point.joints)))
+    return float(np.max(wrong_sides(form, signs, point.joints)))
 
 
 def wrong_sides(form: ClosedForm, signs: tuple[int, int, int], joints: Floats) -> Floats:

@@ -49,6 +49,8 @@ ROWS = 12_000
 """Poses times boxes bounded at once: few enough to stay in the processor's cache."""
 FEWEST = 64
 """Boxes bounded at once in long tasks."""
+ROOM = 0.1
+"""Of the room left for another arm: the half side of boxes that are not cut any more. Their bound hardly rises."""
 CANDIDATES = 12
 """Places tried for a better incumbent per round."""
 
@@ -68,7 +70,8 @@ def certify(
 
     Args:
         problem: the arm's reduced problem on the full task.
-        incumbent: objective of a usable path, if one is known.
+        incumbent: objective of a usable path, if one is known (of the arm that is asked about, see
+            `ReducedProblem.apart`).
         settings: relative gap to reach, time limit and number of boxes.
         stop: asked after every round; True ends the proof early.
         progress: told after every round.
@@ -101,6 +104,7 @@ class BranchAndBound:
         self.started = time.perf_counter()
         self.deadline = self.started + settings.time_limit
         self.problem, self.settings, self.given = problem, settings, incumbent
+        self.stands_for_another = not problem.apart.negligible
         self.found: Incumbent | None = None
         self.boxes = 0
         self.forgotten = np.inf  # smallest bound of the boxes that are not cut any more
@@ -153,10 +157,21 @@ class BranchAndBound:
 
     @property
     def objective(self) -> float | None:
-        """The best objective known."""
+        """The best objective known. What is found on this arm says nothing about another one that it stands for."""
+        return self.given if self.stands_for_another else self.met
+
+    @property
+    def met(self) -> float | None:
+        """The best objective known or found."""
         found = None if self.found is None else self.found.objective
         known = [value for value in (self.given, found) if value is not None]
         return min(known, default=None)
+
+    @property
+    def smallest(self) -> float:
+        """m, half side of boxes that are not cut any more."""
+        finest = FINEST_CHECKED if self.lenient else SMALLEST
+        return max(finest, ROOM * self.problem.apart.wrist) if self.stands_for_another else finest
 
     @property
     def cutoff(self) -> float:
@@ -192,17 +207,16 @@ class BranchAndBound:
         self.kept, self.bounds = Boxes.joined([self.kept, now]), np.concatenate([self.bounds, bounds])
         self.fresh, self.inherited = later, self.inherited[most:]
         self._sharpen()
-        smallest = FINEST_CHECKED if self.lenient else SMALLEST
-        done = (self.bounds >= self.cutoff) | (np.max(self.kept.half, axis=1, initial=0.0) <= smallest)
+        done = (self.bounds >= self.cutoff) | (np.max(self.kept.half, axis=1, initial=0.0) <= self.smallest)
         self.forgotten = min(self.forgotten, float(np.min(self.bounds[done], initial=np.inf)))
         self.kept, self.bounds = self.kept[~done], self.bounds[~done]
         if not len(self.fresh) and len(self.kept):
             self._branch(most)
 
     def _exclude(self, boxes: Boxes, bounds: Floats) -> None:
-        """Make bounds (N,) infinite where the smallest conditioning is kept nowhere in a box."""
+        """Make bounds (N,) infinite where the smallest conditioning is kept nowhere in a box (of this very arm)."""
         left = np.flatnonzero(bounds < self.cutoff)
-        if self.problem.arm.min_conditioning is None or not len(left):
+        if self.problem.arm.min_conditioning is None or not len(left) or self.stands_for_another:
             return
         poor = poorly_conditioned(self.problem, self.bounder.kinematics, boxes[left])
         lost = np.any(poor, axis=1)
@@ -234,7 +248,7 @@ class BranchAndBound:
         places = np.clip(places, sides[:, 0], sides[:, 1])
         paths = evaluate_signed(self.problem, places, signs)
         objective = np.where(paths.violation[0] <= USABLE, paths.objective[0], np.inf)
-        known = np.inf if self.objective is None else self.objective
+        known = np.inf if self.met is None else self.met
         for k in np.argsort(objective):
             if objective[k] >= known:
                 return

@@ -9,7 +9,7 @@ import numpy as np
 
 from models.arm import Arm, Interval
 from models.arrays import Floats
-from models.branches import solve_signed
+from models.branches import path_signs, solve_signed
 from models.cell import Cell
 from models.closed_form import closed_form
 from models.kept import KEPT
@@ -18,7 +18,7 @@ from optimizer.faults import arm_faults
 from optimizer.layers import best_path
 from optimizer.layout import Reason
 from optimizer.local import solve_locally
-from optimizer.measure import objective_of, path_signs
+from optimizer.measure import objective_of
 from optimizer.program import ArmPoint
 from optimizer.reasons import explain_general, explain_path
 from optimizer.reduced import Paths, ReducedProblem, evaluate, reduced_problem, seen_from

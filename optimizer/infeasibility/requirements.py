@@ -11,8 +11,8 @@ import numpy as np
 
 from models.arm import FREE_YAW, Arm, Interval
 from models.cell import Cell
-from models.closed_form import closed_form
 from models.coupling import Coupling, among
+from models.nominal import singular_fifth
 from models.posture import Posture
 from models.surroundings import Surroundings
 from optimizer.box import reach_windows
@@ -123,7 +123,7 @@ def _requirements(cell: Cell) -> Iterator[Requirement]:
             yield Requirement(Kind.POSTURE, a)
         if arm.min_conditioning is not None:
             yield Requirement(Kind.CONDITIONING, a)
-        if arm.avoid_singularities and closed_form(arm.robot) is not None:
+        if arm.avoid_singularities and singular_fifth(arm.robot) is not None:
             yield Requirement(Kind.SINGULARITIES, a)
         yield from (Requirement(Kind.LIMITS, a, int(j)) for j in np.flatnonzero(np.isfinite(arm.upper - arm.lower)))
     asked = around.clearances

@@ -8,21 +8,28 @@ moves the base to the true optimum, and everything is checked on the true kinema
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from models.arm import Arm
 from models.cell import Cell
-from models.closed_form import closed_form
 from models.nominal import Nominal
 from models.numeric_inverse import brought_to
 from models.pose import inverse
-from optimizer.measure import path_signs
+from optimizer.certificate.budget import boxes_for
+from optimizer.certificate.certify import certify
+from optimizer.layers import best_path
+from optimizer.layout import Reason
 from optimizer.program import ArmPoint
+from optimizer.reasons import explain_proof
+from optimizer.reduced import ReducedProblem, reduced_problem
+from optimizer.settings import CertificateSettings
 
 STARTS = 4
 """Optima of the drawing that are taken over."""
+DECIDE_WORTH = 5.0
+"""s, counted in boxes, of the proof that the arm cannot do what its drawing cannot do."""
 APART = 1e-3
 """m and rad; optima nearer to each other are the same start."""
 
@@ -53,14 +60,16 @@ def starts_from(
     return found
 
 
-def admitted(arm: Arm, meant: Nominal) -> Callable[[ArmPoint], bool]:
-    """Whether a point of the true arm is in a posture that the request admits."""
-    form = closed_form(meant.robot)
-
-    def admits(point: ArmPoint) -> bool:
-        return form is None or arm.posture.admits(path_signs(form, point.joints))
-
-    return admits
+def paths_from(cell: Cell, arm: Arm, optima: list[tuple[float, ArmPoint]], deadline: float) -> list[ArmPoint]:
+    """Paths of the true arm where the drawing has optima, (objective, point), through its own branches."""
+    found = []
+    for _, point in optima[:STARTS]:
+        if time.perf_counter() > deadline:
+            break
+        path = best_path(cell, arm, point.position, point.yaw)
+        if np.isfinite(path.violation):
+            found.append(ArmPoint(path.position, path.yaw, path.joints, path.signs))
+    return found
 
 
 def _same(first: ArmPoint, second: ArmPoint) -> bool:
@@ -68,11 +77,33 @@ def _same(first: ArmPoint, second: ArmPoint) -> bool:
     return first.signs == second.signs and away < APART
 
 
-def what_is_bounded(meant: Nominal, bound: float | None) -> str:
-    """What a proof on the drawing says about the true arm."""
-    apart = f"at most {1000.0 * meant.position:.3g} mm and {1000.0 * meant.angle:.3g} mrad at any posture"
-    said = "no bound was found" if bound is None else f"nothing costs less than {bound:.6g}"
+def problem_of_drawing(cell: Cell, arm: Arm, meant: Nominal) -> ReducedProblem | None:
+    """The problem of the drawing with room for what the arm is off it, so that what is proved of it holds for the arm.
+
+    Where the arm itself takes a pose, the drawing with the same joints, base and objective takes one that is displaced
+    by no more than that. None where the drawing has no reduced problem.
+    """
+    return reduced_problem(cell, replace(arm, robot=meant.robot), meant.apart)
+
+
+def why_impossible(cell: Cell, arm: Arm, meant: Nominal, deadline: float) -> tuple[Reason, ...]:
+    """Reasons why the arm itself can not do its task, if some boxes of the drawing prove it; else none."""
+    problem = problem_of_drawing(cell, arm, meant)
+    if problem is None:
+        return ()
+    limit, boxes = max(deadline - time.perf_counter(), 0.0), boxes_for(DECIDE_WORTH, len(cell.task))
+    proof = certify(problem, None, CertificateSettings(1.0, limit, boxes))
+    return explain_proof(cell, problem.arm, proof.obstacles) if proof.infeasible else ()
+
+
+def what_is_bounded() -> str:
+    """What a proof on the drawing bounds."""
+    return "no layout of this arm itself costs less"
+
+
+def what_is_covered(meant: Nominal) -> str:
+    """What a proof on the drawing covers, and why its gap may stay open."""
     return (
-        "no proof for this arm itself: its geometry is that of one with a closed form but for rounding or calibration, "
-        f"{apart}; for that one {said}"
+        "shown on the closed form that its geometry has but for rounding or calibration, with room for all that it is "
+        f"off that: at most {1000.0 * meant.position:.3g} mm and {1000.0 * meant.angle:.3g} mrad at any joint values"
     )

@@ -44,5 +44,5 @@ def in_doubt(cell: Cell, problem: ReducedProblem, box: Floats, best: ArmPoint, l
     value = objective_of(cell.task, problem.arm, best.joints)
     if not np.any(box[:, 1] > box[:, 0]) or value > (1.0 + SAME) * least:
         return False
-    nearest = float(np.min(wrist_distance(problem.form, best.joints[:, 4])))
+    nearest = float(np.min(wrist_distance(problem.form.wrist_zero, best.joints[:, 4])))
     return nearest < WRIST or largest_step(cell.task, best.joints) > STEP * cell.max_joint_step

@@ -18,11 +18,13 @@ from models.arm import Arm
 from models.arrays import Floats, Ints
 from models.cell import Cell
 from models.task import Task
+from optimizer.layout import Reason
 from optimizer.local import solve_locally
 from optimizer.measure import objective_of
 from optimizer.path_samples import ObjectPath
 from optimizer.program import ArmPoint
 from optimizer.verification.way import Way, follow_way
+from optimizer.verification.words import way_faults
 from optimizer.verify import check
 
 ROUNDS, FINER = 5, 8
@@ -146,3 +148,11 @@ def _same(point: ArmPoint, other: ArmPoint) -> bool:
     """True for points that are all but the same."""
     apart = np.max(np.abs(point.position - other.position)), np.max(np.abs(point.joints - other.joints))
     return point.signs == other.signs and max(apart) < NEAR
+
+
+def where_stuck(cell: Cell, arm: Arm, optima: list[tuple[float, ArmPoint]]) -> tuple[Reason, ...]:
+    """Where the best point gets stuck between its poses, if there are points and none of them gets through."""
+    if not optima:
+        return ()
+    way = follow_way(cell, arm, optima[0][1])
+    return way_faults(way.breaks, way.beyond)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from models.arrays import Floats, Ints
+from models.branches import path_signs
 from models.cell import Cell
 from models.closed_form import closed_form
 from models.pose import inverse
@@ -15,7 +16,6 @@ from optimizer.coupled.scene import Scene
 from optimizer.coupled.sqp.sensitivity import joints_by_base
 from optimizer.findings import Clearance
 from optimizer.layout import Placement
-from optimizer.measure import path_signs
 from optimizer.path_samples import follow
 from optimizer.program import ArmPoint
 

@@ -28,8 +28,9 @@ from models.arrays import Bools, Floats, Ints
 from models.branches import solve_signed
 from models.cell import Cell
 from models.closed_form import ClosedForm, closed_form
+from models.nominal import singular_fifth
 from models.pose import inverse
-from models.singular_margins import lacking_at_poses, spare_terms
+from models.singular_margins import keeps_margins, lacking_at_poses, spare_terms
 from models.task import Task
 from models.wrist_singularity import wrist_distance
 from optimizer.clearance import Break, LimitExcess
@@ -133,11 +134,11 @@ def follow_way(cell: Cell, arm: Arm, point: ArmPoint, resolution: Resolution | N
         resolution: where to stop looking for limits; default 1 mm and 0.5°.
     """
     resolution = resolution or Resolution(most_samples=MOST)
-    path, form = _object_path(cell.task), closed_form(arm.robot)
+    path, watched = _object_path(cell.task), keeps_margins(arm)
     grasps, tool = cell.grasps(arm), inverse(arm.tool)
     follower = _follower(arm, point)
     joints, joined = point.joints, cell.task.joined
-    touching, relief = _at_poses(arm, form, cell.task, joints)
+    touching, relief = _at_poses(arm, cell.task, joints)
     step = np.setdiff1d(np.flatnonzero(joined), [touching - 1, touching])
     zero = np.zeros(len(step))
     open_ = _Stretches(step, zero, zero + 1.0, joints[step], joints[step + 1])
@@ -155,8 +156,8 @@ def follow_way(cell: Cell, arm: Arm, point: ArmPoint, resolution: Resolution | N
         sag, far = _travel(open_, found)
         if level == LEVELS:
             arrived &= ~far | _turns_in_place(arm, found)
-        if form is not None:
-            arrived &= np.all(spare_terms(arm, form, found) + relief[open_.step] >= 0.0, axis=-1)
+        if watched:
+            arrived &= np.all(spare_terms(arm, found) + relief[open_.step] >= 0.0, axis=-1)
         if not np.all(arrived):
             lost = open_[~arrived]
             breaks += [Break(arm.name, int(s), float(f)) for s, f in zip(lost.step, lost.middle, strict=True)]
@@ -164,8 +165,8 @@ def follow_way(cell: Cell, arm: Arm, point: ArmPoint, resolution: Resolution | N
         _note(beyond, arm, open_, found)
         halves = open_.halves(found)
         close = _may_leave_limits(arm, halves, sag) & np.tile(_long(path, open_, resolution), 2)
-        if form is not None:
-            spare = spare_terms(arm, form, np.stack([open_.before, found, open_.after])) + relief[open_.step]
+        if watched:
+            spare = spare_terms(arm, np.stack([open_.before, found, open_.after])) + relief[open_.step]
             close |= _may_touch(spare)
         open_ = halves[close | np.tile(far, 2)]
     return Way(tuple(breaks), tuple(beyond[i] for i in sorted(beyond)), samples)
@@ -237,10 +238,10 @@ def _travel(at: _Stretches, joints: Floats) -> tuple[Floats, Bools]:
 
 def _turns_in_place(arm: Arm, joints: Floats) -> Bools:
     """(I,) True where the wrist is singular and may be: there joints 4 and 6 turn while the hand stands still."""
-    form = closed_form(arm.robot)
-    if form is None or arm.avoid_singularities:
+    singular = singular_fifth(arm.robot)
+    if singular is None or arm.avoid_singularities:
         return np.zeros(len(joints), dtype=np.bool_)
-    turns: Bools = wrist_distance(form, joints[:, 4]) < SINGULAR_WRIST
+    turns: Bools = wrist_distance(singular, joints[:, 4]) < SINGULAR_WRIST
     return turns
 
 
@@ -265,11 +266,11 @@ def _may_leave_limits(arm: Arm, halves: _Stretches, sag: Floats) -> Bools:
     return unsure
 
 
-def _at_poses(arm: Arm, form: ClosedForm | None, task: Task, joints: Floats) -> tuple[Ints, Floats]:
+def _at_poses(arm: Arm, task: Task, joints: Floats) -> tuple[Ints, Floats]:
     """The poses too near a singularity for a way through them, and what steps may lack; see `lacking_at_poses`."""
-    if form is None:
+    if not keeps_margins(arm):
         return np.zeros(0, dtype=np.int64), np.zeros((len(joints) - 1, 1))
-    touching, relief = lacking_at_poses(arm, form, task, joints)
+    touching, relief = lacking_at_poses(arm, task, joints)
     return np.flatnonzero(touching), relief
 
 

@@ -10,10 +10,10 @@ import numpy as np
 
 from models.arm import Arm as ModelArm
 from models.arrays import Floats
+from models.branches import path_signs
 from models.cell import Cell
 from models.closed_form import closed_form
 from optimizer.layout import Layout
-from optimizer.measure import path_signs
 from optimizer.program import ArmPoint
 from optimizer.verification.way import follow_way
 from optimizer.verification.words import between

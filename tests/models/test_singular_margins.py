@@ -25,7 +25,7 @@ def test_elbow_and_wrist_are_spare_beyond_their_margins(name, turn):
             for share, kept in ((1.001, True), (1.0 - 0.5 * KEPT / margin, True), (0.99, False), (0.0, False)):
                 q = np.array([0.3, 0.4, straight + 1.0, 0.5, form.wrist_zero + 1.0, 0.6])
                 q[joint] = zero + side * share * margin
-                assert bool(np.all(spare_terms(arm, form, q) >= 0.0)) == kept
+                assert bool(np.all(spare_terms(arm, q) >= 0.0)) == kept
 
 
 def test_where_singularities_are_allowed_the_wrist_needs_no_margin():
@@ -33,7 +33,7 @@ def test_where_singularities_are_allowed_the_wrist_needs_no_margin():
     allowed = replace(arm, avoid_singularities=False)
     form = closed_form(arm.robot)
     q = np.array([0.0, 0.4, 0.5, 0.0, form.wrist_zero, 0.0])
-    assert np.any(spare_terms(arm, form, q) < 0.0)
-    assert np.all(spare_terms(allowed, form, q) >= 0.0)
+    assert np.any(spare_terms(arm, q) < 0.0)
+    assert np.all(spare_terms(allowed, q) >= 0.0)
     assert (margins_along(allowed).wrist, margins_at_poses(allowed).wrist) == (0.0, 0.0)
     assert (margins_at_poses(arm).elbow, margins_at_poses(arm).wrist) == (0.0, SINGULAR_WRIST)

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.branches import signs_of
+from models.branches import path_signs, signs_of
 from models.cell import Cell
 from models.closed_form import closed_form
 from models.pose import rotation_z, transform
 from models.posture import name_signs
 from models.task import Task
-from optimizer.measure import joint_margins, objective_of, path_signs, placed
+from optimizer.measure import joint_margins, objective_of, placed
 from optimizer.program import ArmPoint
 from tests.support.answers import assert_placed, conditioning_by_differences
 from tests.support.arms import make_arm, region

@@ -85,7 +85,7 @@ def test_a_local_solve_that_is_drawn_to_the_singularity_stops_where_the_rule_say
     task, point = through(name, distance)
     form = closed_form(task.arm.robot)
     zero = point.joints[0, 4] - np.sign(np.sin(point.joints[0, 4] - form.wrist_zero)) * wrist_distance(
-        form, point.joints[:1, 4]
+        form.wrist_zero, point.joints[:1, 4]
     )
     reference = np.where(np.arange(6) == 4, zero, task.joints.mean(axis=0))
     arm = replace(task.arm, reference=reference, weights=np.where(np.arange(6) == 4, 1.0, 1e-5))
@@ -97,7 +97,7 @@ def test_a_local_solve_that_is_drawn_to_the_singularity_stops_where_the_rule_say
         solved[allow] = solve_locally(replace(task.cell, task=first, arms=(one,)), one, start, time.perf_counter() + 60)
         assert solved[allow].status.has_point
         assert check(replace(task.cell, task=first, arms=(one,)), one, solved[allow].points[0]).usable
-    nearest = {a: np.min(wrist_distance(form, found.points[0].joints[:, 4])) for a, found in solved.items()}
+    nearest = {a: np.min(wrist_distance(form.wrist_zero, found.points[0].joints[:, 4])) for a, found in solved.items()}
     assert nearest[False] == pytest.approx(SINGULAR_WRIST, abs=1e-6)
     assert nearest[True] < 0.9 * SINGULAR_WRIST
 

@@ -52,7 +52,7 @@ def reachable_region(targets: Targets, bounds: Floats) -> Region:
     offset = (form.offset + abs(lean) * (abs(middle) + up)) / level
     across = float(np.hypot(offset, abs(form.planar.shoulder[0]) + links))
     centre = (targets.wrist - np.array([0.0, 0.0, targets.sigma * middle])) @ targets.mount.T
-    half = np.abs(targets.mount) @ np.array([across, across, up]) + SLACK
+    half = np.abs(targets.mount) @ np.array([across, across, up]) + (SLACK + targets.apart.wrist)
     lows, highs = np.maximum(centre - half, bounds[:, 0]), np.minimum(centre + half, bounds[:, 1])
     low, high = np.max(lows, axis=0), np.min(highs, axis=0)
     culprits = np.zeros(len(centre), dtype=bool)

@@ -17,6 +17,8 @@ from optimizer.reduced import ReducedProblem
 MISSED = KEPT + SLACK
 """rad by which limits and steps may be missed: what counts as kept must not be excluded, or a layout that passes every
 check would be proved impossible."""
+LEAST_WRIST = 1e-4
+"""rad; of a wrist that keeps less from its singularity nothing is told (`angles.pitch` takes 1e-5 off)."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -65,5 +67,11 @@ class Rules:
             jobs=problem.jobs,
             joined=joined(problem.starts, len(problem.positions)),
             counts=problem.weights,
-            smallest_wrist=SINGULAR_WRIST - KEPT - SLACK if arm.avoid_singularities else 0.0,
+            smallest_wrist=_smallest_wrist(problem),
         )
+
+
+def _smallest_wrist(problem: ReducedProblem) -> float:
+    """What the wrist of this arm keeps where that of the arm that is asked about keeps what it has to."""
+    left = SINGULAR_WRIST - KEPT - SLACK - problem.apart.fifth
+    return left if problem.arm.avoid_singularities and left >= LEAST_WRIST else 0.0

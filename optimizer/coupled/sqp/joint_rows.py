@@ -8,6 +8,7 @@ from models.arm import Arm
 from models.arrays import Floats, Ints
 from models.branches import posture_terms
 from models.closed_form import ClosedForm, closed_form
+from models.nominal import singular_fifth
 from models.singular_margins import ELBOW, SHOULDER, margins_along
 from optimizer.coupled.scene import Scene
 from optimizer.coupled.sqp.linear_rows import RowCollector
@@ -37,6 +38,9 @@ def add_joint_rows(rows: RowCollector, scene: Scene, index: int, point: ArmPoint
     form = closed_form(arm.robot)
     if form is not None and point.signs is not None:
         _add_posture(rows, scene, index, form, point.signs)
+    singular = singular_fifth(arm.robot) if form is None and arm.avoid_singularities else None
+    if singular is not None:
+        _add_wrist(rows, scene, index, singular)
     if arm.min_conditioning is not None:
         _add_conditioning(rows, scene, index, arm)
 
@@ -85,6 +89,16 @@ def _add_posture(rows: RowCollector, scene: Scene, index: int, form: ClosedForm,
     spare = values[t, k] * size
     left = reach[t] + LEFT * np.maximum(spare - reach[t], 0.0)
     _add(rows, scene, index, k, 2.0 * size[:, None] * slopes[t, k], spare, left)
+
+
+def _add_wrist(rows: RowCollector, scene: Scene, index: int, singular: float) -> None:
+    """Places at which the wrist of an arm that is not quite as drawn is near its own singularity."""
+    fifth = rows.samples.joints[index][:, 4] - singular
+    side = np.where(np.sum(np.sin(fifth)) >= 0.0, 1.0, -1.0)
+    values, slopes = side * np.sin(fifth), side * np.cos(fifth)
+    k = np.flatnonzero(values < NEAR)
+    away = margins_along(scene.cell.arms[index], scene.spare).wrist
+    _add(rows, scene, index, k, slopes[k, None] * np.eye(6)[4], values[k] - np.sin(away))
 
 
 def _terms(form: ClosedForm, q: Floats) -> Floats:

@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from models.arm import Arm
+from models.branches import path_signs
 from models.cell import Cell
 from models.chain import chain_of
-from models.closed_form import closed_form
 from models.collision_bodies import Owner
 from models.kept import KEPT
 from models.kinematics import characteristic_length
+from models.nominal import posture_form
 from models.screws import conditioning_of
 from models.surroundings import PairClass
 from models.wrist_singularity import wrist_shortfall
@@ -22,7 +23,6 @@ from optimizer.coupled.sqp.samples import Samples, sample_path
 from optimizer.infeasibility.requirements import Kind, Requirement, Selection
 from optimizer.infeasibility.searched.obstructed import part_hits
 from optimizer.infeasibility.searched.partial_path import PartialPath
-from optimizer.measure import path_signs
 from optimizer.program import ArmPoint
 from optimizer.verify import LIMITS as EXACT
 
@@ -83,7 +83,7 @@ def _of_arm(cell: Cell, a: int, way: PartialPath) -> Iterator[Violation]:
     off = float(np.max(np.maximum(region[:, 0] - place, place - region[:, 1])))
     if max(off, arm.base.yaw_outside(point.yaw)) > EXACT:
         yield Violation(frozenset({this, Requirement(Kind.REGION, a)}))
-    form = closed_form(arm.robot)
+    form = posture_form(arm.robot)
     if form is not None and not arm.posture.admits(path_signs(form, point.joints[way.first : way.last + 1])):
         yield Violation(frozenset({this, Requirement(Kind.POSTURE, a)}))
     q = point.joints[way.first : way.last + 1]

@@ -8,18 +8,23 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from models.branches import posture_terms
+from models.branches import posture_of, posture_terms
 from models.catalogue import robot
 from models.cell import Cell
 from models.closed_form import ClosedForm, closed_form
+from models.difference import SAME
 from models.kinematics import flange_poses
 from models.nominal import nominal
 from models.pose import rotation_x
+from models.posture import ALL_SIGNS
 from models.robot import Robot
 from models.task import Task
 from optimizer.certificate.bounds.box_bounds import BoxBounder
 from optimizer.certificate.bounds.boxes import Boxes
+from optimizer.measure import objective_of
 from optimizer.reduced import reduced_problem
+from optimizer.single_arm.as_drawn import problem_of_drawing
+from tests.models.test_nominal import calibrated
 from tests.support.arms import make_arm, region
 
 TILT = 2e-8
@@ -54,14 +59,14 @@ def test_joints_of_the_meant_arm_are_never_called_impossible(checks: bool) -> No
     assert meant.negligible
     form = closed_form(meant.robot)
     assert form is not None
-    apart, denied = max(meant.position, meant.angle), 0
+    denied = 0
     for seed in range(12):
         joints = stretched(form, np.random.default_rng(seed).uniform(-1.0, 1.0, 6))
         arm = make_arm("puma560", base=region(0.0, 0.0, 0.0, 0.0), lower=joints - 1e-9, upper=joints + 1e-9)
         arm = replace(arm, robot=meant.robot, reference=joints, avoid_singularities=False)
         cell = Cell(Task(flange_poses(tilted(), joints[None])), (arm,), np.pi)
         found = []
-        for room in (apart, 0.0):
+        for room in (meant.apart, SAME):
             problem = reduced_problem(cell, arm, room)
             assert problem is not None
             boxes = Boxes(np.zeros((8, 3)), np.zeros((8, 3)), np.arange(8))
@@ -69,3 +74,40 @@ def test_joints_of_the_meant_arm_are_never_called_impossible(checks: bool) -> No
         assert found[0]
         denied += not found[1]
     assert checks or denied > 0  # without the room some would have been
+
+
+@pytest.mark.parametrize("name", ["ur10e", "puma560", "irb120"])
+@pytest.mark.parametrize("checks", [False, True])
+def test_a_calibrated_arm_costs_no_less_than_the_bound_of_its_drawing_where_it_stands(name: str, checks: bool) -> None:
+    """Any joints of the true arm, whose hand is where they take it: limits hold them exactly, and they are not lost."""
+    beaten = 0
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        true = calibrated(name, 1e-3, 1e-3, seed)
+        meant = nominal(true)
+        assert meant is not None
+        joints = rng.uniform(-2.5, 2.5, 6) + rng.normal(size=(3, 6)) * 0.05
+        tight = rng.random() < 0.5
+        room = (1e-9 if tight else 0.3) * np.ones(6)
+        low, high = np.min(joints, axis=0) - room, np.max(joints, axis=0) + room
+        arm = make_arm(true, base=region(0.0, 0.0, 0.0, 0.0), lower=low, upper=high, reference=joints[0] + 0.2)
+        arm = replace(arm, avoid_singularities=False)
+        form = closed_form(meant.robot)
+        assert form is not None
+        if len({posture_of(form, q) for q in joints}) > 1:
+            continue
+        cell = Cell(Task(flange_poses(true, joints)), (arm,), np.pi)
+        cost = objective_of(cell.task, arm, joints)
+        posture = np.array([ALL_SIGNS.index(posture_of(form, joints[0]))])
+        for drawing in (meant, replace(meant, apart=SAME)):
+            problem = problem_of_drawing(cell, arm, drawing)
+            assert problem is not None
+            for half in (0.0, 1e-3, 0.05):
+                place = np.zeros((1, 3)) + (rng.uniform(-half, half, 3) if half else 0.0)
+                boxes = Boxes(place, np.full((1, 3), half), posture)
+                lower = float(BoxBounder.of(problem, checks).bounds(boxes, np.inf).lower[0])
+                if drawing is meant:
+                    assert lower <= cost * (1.0 + 1e-9)
+                else:
+                    beaten += lower > cost * (1.0 + 1e-9)
+    assert beaten > 0  # without the room some bounds would be wrong

@@ -161,7 +161,8 @@ def test_wrists_at_the_end_of_their_singularity(name: str, missed: float) -> Non
         at = joints.T.copy()
         at[:, 4] = problem.form.wrist_zero + side * (SINGULAR_WRIST - missed)
         problem, joints = at_joints(problem.arm, at)
-        assert np.min(wrist_distance(problem.form, joints[4])) == pytest.approx(SINGULAR_WRIST - missed, abs=1e-12)
+        distance = np.min(wrist_distance(problem.form.wrist_zero, joints[4]))
+        assert distance == pytest.approx(SINGULAR_WRIST - missed, abs=1e-12)
         assert impossible(changed(problem, avoid_singularities=True)) == (missed == FAR)
 
 

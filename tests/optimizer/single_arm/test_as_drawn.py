@@ -24,6 +24,7 @@ from service.library import Library
 from service.requests.warnings import warnings_of
 from service.schemas.request import LayoutRequest
 from service.user_robot import UserRobot
+from tests.models.test_nominal import calibrated
 from tests.support.acceptance import FOLDER
 from tests.support.arms import make_arm, region
 
@@ -42,7 +43,7 @@ def test_a_calibrated_arm_is_laid_out_as_well_as_its_drawing_and_verified_as_it_
     assert closed_form(ROBOT) is None
     assert meant is not None
     cell, arm, layout = solved()
-    assert layout.outcome is Outcome.FEASIBLE  # nothing is proved of the true arm
+    assert layout.outcome is Outcome.FEASIBLE  # the room for what the arm is off its drawing leaves a gap
     (placement,) = layout.placements
     reached = arm.base_in_world(placement.position, placement.yaw) @ flange_poses(ROBOT, placement.joints)
     assert np.abs(reached - cell.task.poses).max() < 1e-6
@@ -53,8 +54,13 @@ def test_a_calibrated_arm_is_laid_out_as_well_as_its_drawing_and_verified_as_it_
     assert placement.posture == best.placements[0].posture
     assert layout.certificate is not None
     (proof,) = layout.certificate.arms
-    assert (proof.lower_bound, proof.proved) == (None, False)
-    assert "nothing costs less than" in proof.note
+    assert proof.lower_bound is not None
+    assert 0.7 * layout.objective < proof.lower_bound < layout.objective
+    assert best.certificate is not None
+    assert best.certificate.lower_bound > layout.objective  # the drawing's own bound would be wrong here
+    assert layout.certificate.lower_bound == proof.lower_bound
+    assert layout.certificate.gap == pytest.approx(1.0 - proof.lower_bound / layout.objective)
+    assert "no layout of this arm itself costs less" in proof.note
     assert f"{1000.0 * meant.position:.3g} mm" in proof.note
 
 
@@ -81,3 +87,22 @@ def test_nine_digits_and_all_of_them_give_the_same_layout(digits, tmp_path):
     assert 0.99 * layout.objective < layout.certificate.lower_bound <= layout.objective
     told = [warning.detail for warning in warnings_of(asked, cell, layout) if warning.pointer == "/arms/1/limits"]
     assert "a5 passes its limit by 0.60° between poses 8 and 9" in told[0]
+
+
+def test_a_calibrated_arm_is_proved_optimal_where_the_difference_is_small_enough():
+    arm = make_arm(calibrated("ur10e", 5e-6, 5e-6), base=region((-1.0, 1.0), (-1.0, 1.0)))
+    layout = optimize(Cell(line(ENDS[0], ENDS[1], 8), (arm,)), Settings(time_limit=120.0))
+    assert layout.outcome is Outcome.OPTIMAL
+
+
+def test_a_task_that_neither_the_arm_nor_its_drawing_can_do_is_proved_infeasible():
+    robot = calibrated("ur10e", 1e-3, 2e-4)
+    limits = robot.lower.copy(), robot.upper.copy()
+    limits[0][2], limits[1][2] = -1.0, 1.0  # the elbow is too straight for what is so near
+    arm = make_arm(robot, base=region((-0.2, 0.2), (-0.2, 0.2)), lower=limits[0], upper=limits[1])
+    layout = optimize(Cell(line(ENDS[0], ENDS[1], 8), (arm,)), Settings(time_limit=120.0))
+    assert layout.outcome is Outcome.INFEASIBLE
+    assert layout.certificate is not None
+    assert layout.certificate.infeasible
+    assert layout.search.starts == 0  # nothing else had to be tried
+    assert layout.reasons

@@ -63,5 +63,5 @@ def test_nothing_is_in_doubt_in_the_midst_of_what_is_allowed():
     assert not in_doubt(close, problem, np.repeat(box[:, :1], 2, axis=1), found.best, found.objective)
     singular = joints.copy()
     singular[0, 4] = problem.form.wrist_zero + 0.04
-    assert wrist_distance(problem.form, singular[:1, 4]) < 0.05
+    assert wrist_distance(problem.form.wrist_zero, singular[:1, 4]) < 0.05
     assert in_doubt(cell, problem, box, replace(found.best, joints=singular), np.inf)

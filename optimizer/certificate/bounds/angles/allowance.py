@@ -37,11 +37,10 @@ class Allowance:
     @staticmethod
     def of_rounding(targets: Targets) -> Allowance:
         """For rounding, and for what the arm that is meant is off this one; both seen from the wrist point."""
-        lever = float(np.linalg.norm(targets.form.wrist_in_flange))
         largest = float(np.max(np.abs(targets.wrist), initial=0.0))
         eps = float(np.finfo(np.float64).eps)
         rounding = UNITS * eps * max(largest, ONE)
-        return Allowance(rounding + (1.0 + lever) * targets.apart, UNITS * eps + targets.apart)
+        return Allowance(rounding + targets.apart.wrist, UNITS * eps + targets.apart.angle)
 
     @staticmethod
     def of_checks(targets: Targets) -> Allowance:

@@ -12,6 +12,7 @@ import numpy as np
 
 from models.arrays import Floats
 from models.closed_form import ClosedForm
+from models.difference import SAME, Difference
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.reduced import ReducedProblem
 
@@ -28,7 +29,7 @@ class Targets:
         turned: (m, 3, 3) rotation that the six joints have to make together.
         last_axis: (m, 3) direction of axis 6, the same wherever the base stands.
         dims: number of coordinates along the mount's axes that may vary: 3, or 2 where the last one is fixed.
-        apart: m and rad by which hands may be off, because another arm is meant; see `ReducedProblem`.
+        apart: how far hands may be off, because another arm is meant; see `ReducedProblem`.
     """
 
     form: ClosedForm
@@ -38,7 +39,7 @@ class Targets:
     turned: Floats
     last_axis: Floats
     dims: int
-    apart: float = 0.0
+    apart: Difference = SAME
 
     @staticmethod
     def of(problem: ReducedProblem) -> Targets:
@@ -49,7 +50,7 @@ class Targets:
         wrist = problem.positions @ mount + problem.rotations @ form.wrist_in_flange - form.origin
         bounds = problem.arm.base.bounds[:3]
         rises = float((bounds[:, 1] - bounds[:, 0]) @ np.abs(mount[:, 2])) > 1e-12
-        dims = 3 if rises else 2
+        dims = 3 if rises or problem.apart != SAME else 2  # a hand may be too high or too low where the base is not
         return Targets(form, problem.sigma, mount, wrist, turned, turned @ form.axes[5], dims, problem.apart)
 
     @property

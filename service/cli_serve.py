@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import os
 import socket
 from collections.abc import Iterator
@@ -87,5 +88,7 @@ def serve(**flags: Any) -> int:
         access_log=False,  # `service.middleware.observe` writes it
     )
     server = Server(config)
+    gc.collect()
+    gc.freeze()  # the application stays: looking through it again and again would hold up everybody
     server.run()
     return 0 if server.started else 1

@@ -17,7 +17,7 @@ import traceback
 from contextlib import ExitStack
 from pathlib import Path
 
-from bench.chaos import on_postgres, on_processes, on_sqlite, postgres
+from bench.chaos import on_bodies, on_postgres, on_processes, on_sqlite, postgres
 from bench.chaos.server import SOURCES
 from bench.chaos.trial import Finding, Setup, Trial
 
@@ -36,7 +36,8 @@ TRIALS = (
     Trial("uploads", "the upload process is killed", "the next upload is read", (LITE,), on_processes.uploads),
     Trial("forker", "the fork server is killed, then stopped", "all goes on", (LITE,), on_processes.fork_server),
     Trial("log-pipe", "nobody reads the log", "it answers, and ends when told", (LITE,), on_processes.log_pipe),
-    Trial("hostile", "31 hostile bodies at once", "/healthz answers", (LITE,), on_processes.hostile),
+    Trial("hostile", "31 hostile bodies at once", "99 % of /healthz within 50 ms", (LITE,), on_bodies.hostile),
+    Trial("bodies", "hostile bodies, one by one", "0.2 s + twice, 50 MB + 20 times", ("none",), on_bodies.bodies),
     Trial("limits", "large requests, time_limit 5 s", "an answer within 7 s", (LITE,), on_processes.soft_limits),
 )
 

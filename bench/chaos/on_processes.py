@@ -1,4 +1,4 @@
-"""Faults of processes and pipes, and requests that ask for too much."""
+"""Faults of processes and pipes, and requests as large as they may be."""
 
 from __future__ import annotations
 
@@ -147,56 +147,6 @@ def log_pipe(setup: Setup) -> Finding:
     return Finding(
         kept, f"{answered} of {REQUESTS} requests answered, /healthz {health or 'silent'}, ended in {seconds:.0f} s"
     )
-
-
-def hostile(setup: Setup) -> Finding:
-    """Bodies that are cheap to send and dear to read: names that stand twice, numbers without end, deep nesting."""
-    names = ",".join(f'"n{k}":0' for k in range(40_000))
-    bodies = [
-        f'{{{names},"n39999":0}}'.encode(),
-        b'{"task":{"poses":[' + b",".join([b'{"position":[1,2,"x"]}'] * 60_000) + b"]}}",
-        b'{"arms":[{"name":"a","weights":[' + b",".join([b"-1"] * 400_000) + b"]}]}",
-        b'{"name":' + b"[" * 100_000 + b"]" * 100_000 + b"}",
-        b'{"name":"' + b"x" * 7_000_000 + b'"}',
-        b"{" + b",".join(b'"unknown%d":1' % k for k in range(200_000)) + b"}",
-    ]
-    answers: list[tuple[int, float, int]] = []
-    with running(setup.folder) as server:
-
-        def send(body: bytes) -> None:
-            answer = server.ask("POST", "/v1/layouts", body, 300.0)
-            answers.append((answer.status, answer.seconds, len(str(answer.body))))
-
-        threads = [threading.Thread(target=send, args=(bodies[k % len(bodies)],)) for k in range(31)]
-        for thread in threads:
-            thread.start()
-        looks = []
-        began = time.monotonic()
-        while any(thread.is_alive() for thread in threads) and time.monotonic() - began < 280.0:
-            looks.append(server.get("/healthz", 60.0).seconds)
-            time.sleep(0.02)
-        for thread in threads:
-            thread.join()
-        peak = peak_memory(server.pid)
-        layout = server.finished(server.post(request(3)).headers.get("location", "/none"))
-    looks.sort()
-    slow = looks[min(int(0.99 * len(looks)), len(looks) - 1)]
-    statuses = {status for status, _, _ in answers}
-    slowest, longest = max(seconds for _, seconds, _ in answers), max(size for _, _, size in answers)
-    kept = statuses <= {400, 413, 422, 429, 503} and slow < 0.5 and layout.get("status") == "succeeded"
-    kept = kept and slowest < 60.0 and longest < 1_000_000
-    return Finding(
-        kept,
-        f"{sorted(statuses)} within {slowest:.1f} s, answers of at most {longest / 1e3:.0f} kB, 99 % of /healthz "
-        f"within {1e3 * slow:.0f} ms, {peak / 1e6:.0f} MB",
-    )
-
-
-def peak_memory(pid: int) -> int:
-    """Bytes that a process had at most."""
-    with suppress(OSError), open(f"/proc/{pid}/status") as file:
-        return next(int(line.split()[1]) * 1024 for line in file if line.startswith("VmHWM"))
-    return 0
 
 
 def soft_limits(setup: Setup) -> Finding:

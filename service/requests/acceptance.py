@@ -21,8 +21,8 @@ from service.workers.worker_process import WorkerProcess
 
 log = logging.getLogger(__name__)
 
-SMALL = 65_536
-"""Bytes of a body that is read in this process, if it names no mesh."""
+SMALL = 16_384
+"""Bytes of a body that is read in this process, if it names no mesh: some milliseconds of the interpreter."""
 PROCESSES = 2
 """That read at the same time."""
 MOST_PRESENT = 64
@@ -44,6 +44,7 @@ class Acceptance:
         self._within = settings.accept_limit
         self._present = 0
         self._places = asyncio.Semaphore(PROCESSES)
+        self._here = asyncio.Semaphore(1)  # more threads would only wait for each other, and the event loop for all
         self._processes: set[WorkerProcess] = set()
         self._idle: list[WorkerProcess] = []
 
@@ -70,7 +71,8 @@ class Acceptance:
 
     async def _read(self, reader: Reader, body: bytes) -> Read:
         if len(body) <= SMALL and b"mesh" not in body and b"\\u" not in body:
-            return await run_in_threadpool(reader, body, self._limits, self._data_dir)
+            async with self._here:
+                return await run_in_threadpool(reader, body, self._limits, self._data_dir)
         if self._present >= MOST_PRESENT:
             raise _failed(f"{self._present} large requests are being read.")
         self._present += 1

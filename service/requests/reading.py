@@ -12,6 +12,7 @@ from service.library import Library
 from service.requests.accept import Accepted, accept, accept_evaluation
 from service.settings import Limits
 from service.validation.strict_json import NotJson
+from service.workers.priority import READING, give_way
 
 
 class Read(NamedTuple):
@@ -60,6 +61,7 @@ def read_within(reader: Reader, seconds: float, body: bytes, limits: Limits, dat
 
     The kernel ends it (SIGPROF), also in the middle of a library; how busy the machine is does not matter.
     """
+    give_way(READING)
     signal.setitimer(signal.ITIMER_PROF, seconds)
     try:
         return reader(body, limits, data_dir)

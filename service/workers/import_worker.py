@@ -15,6 +15,7 @@ from typing import Any, TypeVar, cast
 from service.issues import InvalidRequest, Issue
 from service.problems import Problem
 from service.workers.executor import WorkerDied
+from service.workers.priority import IMPORTING, give_way
 from service.workers.worker_process import WorkerProcess
 
 log = logging.getLogger(__name__)
@@ -122,6 +123,7 @@ async def _started() -> WorkerProcess:
 
 def _answer(function: Callable[..., Made], *arguments: Any) -> tuple[Made | None, list[Issue]]:
     """Runs in the process; exceptions with data in them do not travel well."""
+    give_way(IMPORTING)
     try:
         return function(*arguments), []
     except InvalidRequest as error:

@@ -60,3 +60,33 @@ def test_a_body_that_stalls_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None
     with pytest.raises(Problem, match="without a pause") as refused:
         asyncio.run(scenario())
     assert refused.value.code == "too-slow"
+
+
+def test_bodies_take_turns_so_that_nobody_waits_for_all_of_them() -> None:
+    """Thirty bodies of twenty pieces that are all there: between two pieces everything else gets its turn."""
+
+    class There:
+        async def stream(self) -> Any:
+            for _ in range(20):
+                yield b"x" * 65_536
+
+    taken = 0
+    between: list[int] = []
+
+    async def take() -> None:
+        nonlocal taken
+        async for _ in arriving(There()):  # type: ignore[arg-type]
+            taken += 1
+
+    async def look() -> None:
+        while taken < 600:
+            before = taken
+            await asyncio.sleep(0)
+            between.append(taken - before)
+
+    async def scenario() -> None:
+        await asyncio.gather(*(take() for _ in range(30)), look())
+
+    asyncio.run(scenario())
+    assert between[0] <= 30  # the first pieces have come with the heads of the requests
+    assert max(between[1:]) <= 2

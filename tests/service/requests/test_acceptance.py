@@ -3,17 +3,23 @@
 import asyncio
 import copy
 import json
+import os
+import threading
+import time
 from pathlib import Path
 
 import pytest
 
 from service.issues import InvalidRequest
 from service.problems import Problem
+from service.requests import acceptance as acceptance_module
 from service.requests.accept import accept
 from service.requests.acceptance import SMALL, Acceptance
+from service.requests.reading import Read
 from service.schemas.request import EXAMPLE
 from service.settings import Limits, Settings
 from service.validation.strict_json import NotJson
+from service.workers.priority import READING
 
 POSE = {"position": [0.8, 0.4, 0.1], "orientation": {"quaternion": [0.0, 0.0, 0.0, 1.0]}}
 
@@ -38,12 +44,36 @@ def test_small_bodies_are_read_here(tmp_path: Path) -> None:
     asyncio.run(scenario())
 
 
+def test_small_bodies_are_read_one_at_a_time(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Threads that compute hold up the event loop, the more of them there are."""
+    reading: list[int] = []
+    present = threading.Semaphore(100)
+
+    def slowly(body: bytes, limits: Limits, data_dir: Path) -> Read:
+        present.acquire()
+        reading.append(100 - present._value)
+        time.sleep(0.01)
+        present.release()
+        return Read(None, not_json="no")
+
+    monkeypatch.setattr(acceptance_module, "read_layout", slowly)
+
+    async def scenario() -> None:
+        acceptance = Acceptance(Settings(data_dir=tmp_path))
+        await asyncio.gather(*(acceptance.layout(b"{") for _ in range(8)), return_exceptions=True)
+
+    asyncio.run(scenario())
+    assert reading == [1] * 8
+
+
 def test_large_bodies_are_answered_alike_from_a_process_that_is_kept(tmp_path: Path) -> None:
     async def scenario() -> None:
         acceptance = Acceptance(Settings(data_dir=tmp_path))
         try:
             assert await acceptance.layout(LARGE) == accept(LARGE, Limits())
             (process,) = acceptance._processes
+            assert process.pid is not None
+            assert os.getpriority(os.PRIO_PROCESS, process.pid) >= READING  # the server goes first
             with pytest.raises(NotJson, match="line 1"):
                 await acceptance.layout(b"{" + b" " * SMALL)
             with pytest.raises(InvalidRequest) as refused:

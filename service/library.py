@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import logging
 from collections.abc import Callable, Iterator, Mapping
+from copy import copy
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
@@ -17,6 +18,7 @@ from models.links import LinkBody
 from models.robot import Robot
 from models.shapes import ConvexHull
 from service.shelf import Shelf
+from service.shelves import Shelves, View
 from service.user_mesh import UserMesh, mesh_from_document
 from service.user_robot import UserRobot, from_document
 
@@ -37,10 +39,36 @@ class Library:
     """
 
     def __init__(self, data_dir: Path, *, given: Mapping[str, UserRobot] | None = None, deleted: bool = False) -> None:
-        self.robot_shelf = Shelf(data_dir / "robots")
-        self.mesh_shelf = Shelf(data_dir / "meshes")
+        self._view = View(data_dir)
+        self._robots, self._meshes = Shelves(data_dir / "robots"), Shelves(data_dir / "meshes")
         self._given = dict(given or {})
         self._deleted = deleted
+
+    def seen_by(self, view: View) -> Library:
+        """The same library as somebody sees it."""
+        other = copy(self)
+        other._view = view
+        return other
+
+    @property
+    def sees_everything(self) -> bool:
+        """Whether what belongs to whomever is seen."""
+        return self._view.everything
+
+    @property
+    def robot_shelf(self) -> Shelf:
+        """Where robots are kept that its user brings."""
+        return self._robots.of(self._view.brings_for)
+
+    @property
+    def mesh_shelf(self) -> Shelf:
+        """Where meshes are kept that its user brings."""
+        return self._meshes.of(self._view.brings_for)
+
+    def forget(self, age: float) -> None:
+        """Remove what anybody deleted more than ``age`` s ago; see `Shelf.forget`."""
+        self._robots.forget(age)
+        self._meshes.forget(age)
 
     def robots(self) -> Mapping[str, Robot]:
         """Robots by name; a robot is loaded when it is asked for, and is then always the same object."""
@@ -76,7 +104,11 @@ class Library:
 
     def names(self) -> list[str]:
         """Names of all robots, sorted."""
-        return sorted({*self._given, *self.robot_shelf.names()})
+        return sorted({*self._given, *(name for shelf in self._robots.seen_by(self._view) for name in shelf.names())})
+
+    def mesh_ids(self) -> list[str]:
+        """Identifiers of all meshes, sorted."""
+        return sorted({name for shelf in self._meshes.seen_by(self._view) for name in shelf.names()})
 
     def version(self, name: str) -> str | None:
         """Version of the robot that goes by a name at present, or None if there is none."""
@@ -86,17 +118,28 @@ class Library:
     def user_robot(self, name: str) -> UserRobot | None:
         """A robot with all that belongs to it, or None."""
         bare, _, version = name.partition("@")
-        found = self._given.get(bare) or _kept(self.robot_shelf.path(bare), from_document)
-        if not version or (found is not None and found.version == version):
-            return found
-        return _kept(self.robot_shelf.aside(bare, version), from_document) if self._deleted else None
+        shelves = self._robots.seen_by(self._view)
+        kept = (_kept(shelf.path(bare), from_document) for shelf in shelves)
+        for found in (self._given.get(bare), *kept):
+            if found is not None and version in ("", found.version):
+                return found
+        aside = (shelf.aside(bare, version) for shelf in shelves if version and self._deleted)
+        return next((found for path in aside if (found := _kept(path, from_document))), None)
 
     def user_mesh(self, mesh_id: str) -> UserMesh | None:
         """A mesh with all that belongs to it, or None."""
-        path = self.mesh_shelf.path(mesh_id)
-        if path is None and self._deleted:
-            path = self.mesh_shelf.aside(mesh_id, mesh_id)
-        return _kept(path, mesh_from_document)
+        shelves = self._meshes.seen_by(self._view)
+        paths = [shelf.path(mesh_id) for shelf in shelves]
+        paths += [shelf.aside(mesh_id, mesh_id) for shelf in shelves if self._deleted]
+        return next((found for path in paths if (found := _kept(path, mesh_from_document))), None)
+
+    def shelf_of_robot(self, name: str) -> Shelf | None:
+        """Where a robot is kept; None if it is not there."""
+        return next((shelf for shelf in self._robots.seen_by(self._view) if shelf.path(name)), None)
+
+    def shelf_of_mesh(self, mesh_id: str) -> Shelf | None:
+        """Where a mesh is kept; None if it is not there."""
+        return next((shelf for shelf in self._meshes.seen_by(self._view) if shelf.path(mesh_id)), None)
 
 
 class _Robots(Mapping[str, Robot]):

@@ -10,7 +10,7 @@ from service.user_mesh import UserMesh
 
 def mesh_list(library: Library) -> list[dict[str, Any]]:
     """All meshes by name."""
-    found = (library.user_mesh(mesh_id) for mesh_id in library.mesh_shelf.names())
+    found = (library.user_mesh(mesh_id) for mesh_id in library.mesh_ids())
     meshes = sorted((mesh for mesh in found if mesh is not None), key=lambda mesh: (mesh.name, mesh.id))
     return [mesh_resource(mesh) for mesh in meshes]
 

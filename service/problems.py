@@ -37,6 +37,9 @@ KINDS: dict[str, Kind] = {
     "idempotency-key-reused": Kind(
         422, "The Idempotency-Key belongs to another request", "Take a new key for every new request."
     ),
+    "belongs-to-all": Kind(
+        403, "What belongs to everybody is not deleted for one key", "Ask the operator to delete it."
+    ),
     "robot-not-found": Kind(404, "No such robot", "`GET /v1/robots` lists all of them."),
     "mesh-not-found": Kind(404, "No such mesh", "`GET /v1/meshes` lists all of them."),
     "too-slow": Kind(408, "The body did not arrive in time", "Send it again."),

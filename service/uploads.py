@@ -54,7 +54,7 @@ async def take_robot(request: Request, library: Library, intake: ImportWorker, s
         _check_place(library.robot_shelf, settings)
         robot = await intake.run(robot_from_files, _robot_files(name, form), Limits(**settings.model_dump()))
     dated = replace(robot, created_at=timestamp(datetime.now(UTC)) or "")
-    if not await run_in_threadpool(_put, library.robot_shelf, name, as_document(dated), settings):
+    if not await run_in_threadpool(_put, library, library.robot_shelf, name, as_document(dated), settings):
         raise _exists(name)
     return name
 
@@ -83,7 +83,7 @@ async def take_mesh(
         _check_place(library.mesh_shelf, settings)
         mesh = await intake.run(mesh_from_file, file.data, file.name, label)
     dated = replace(mesh, created_at=timestamp(datetime.now(UTC)) or "")
-    new = await run_in_threadpool(_put, library.mesh_shelf, mesh.id, mesh_document(dated), settings)
+    new = await run_in_threadpool(_put, library, library.mesh_shelf, mesh.id, mesh_document(dated), settings)
     kept = await run_in_threadpool(library.user_mesh, mesh.id)
     return kept or dated, new
 
@@ -92,16 +92,18 @@ def drop_robot(name: str, library: Library, settings: Settings) -> None:
     """Remove a user's robot; layouts that were accepted before still get it for a while.
 
     Raises:
-        Problem: there is no such robot, or it is one of the catalogue.
+        Problem: there is no such robot, it is one of the catalogue, or everybody's where keys are told apart.
     """
     if name in catalogue.names():
         raise Problem(
             "catalogue-robot", f"{name} belongs to the catalogue and stays. Only uploaded robots can be deleted."
         )
     found = library.user_robot(name) if NAME.fullmatch(name) else None
+    shelf = library.shelf_of_robot(name)
+    _check_own(shelf, library.robot_shelf, library, shortened(name))
     with _writing():
-        taken = found is not None and library.robot_shelf.take(name, found.version)
-        library.robot_shelf.forget(settings.keep_deleted)
+        taken = found is not None and shelf is not None and shelf.take(name, found.version)
+        library.forget(settings.keep_deleted)
     if not taken:
         raise Problem("robot-not-found", f"No uploaded robot is called {shortened(name)}. `GET /v1/robots` lists them.")
 
@@ -112,11 +114,23 @@ def drop_mesh(mesh_id: str, library: Library, settings: Settings) -> None:
     Raises:
         Problem: there is no such mesh.
     """
+    shelf = library.shelf_of_mesh(mesh_id)
+    _check_own(shelf, library.mesh_shelf, library, f"mesh {shortened(mesh_id)}")
     with _writing():
-        taken = library.mesh_shelf.take(mesh_id, mesh_id)
-        library.mesh_shelf.forget(settings.keep_deleted)
+        taken = shelf is not None and shelf.take(mesh_id, mesh_id)
+        library.forget(settings.keep_deleted)
     if not taken:
         raise no_mesh(mesh_id)
+
+
+def _check_own(shelf: Shelf | None, own: Shelf, library: Library, what: str) -> None:
+    """Refuse to delete for one key what all of them use."""
+    if shelf is not None and shelf is not own and not library.sees_everything:
+        raise Problem(
+            "belongs-to-all",
+            f"{what} was brought while no keys were in use, or all was shared, and belongs to everybody. The operator "
+            "can delete it.",
+        )
 
 
 def no_mesh(mesh_id: str) -> Problem:
@@ -161,7 +175,7 @@ def _check_name(name: str, library: Library) -> None:
     if name.lower() in {known.lower() for known in catalogue.names()}:
         detail = f"{name!r} is a robot of the catalogue. Choose another name."
         raise Problem("catalogue-robot", detail, errors=[Issue("/name", detail)])
-    if name.lower() in {known.lower() for known in library.robot_shelf.names()}:
+    if name.lower() in {known.lower() for known in library.names()}:
         raise _exists(name)
 
 
@@ -185,10 +199,10 @@ def _check_place(shelf: Shelf, limits: Limits) -> None:
         )
 
 
-def _put(shelf: Shelf, name: str, document: dict[str, Any], limits: Limits) -> bool:
+def _put(library: Library, shelf: Shelf, name: str, document: dict[str, Any], limits: Limits) -> bool:
     """Put a document on its shelf; False if there is one already."""
     with _writing():
-        shelf.forget(limits.keep_deleted)
+        library.forget(limits.keep_deleted)
         return shelf.put(name, document)
 
 

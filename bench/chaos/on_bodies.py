@@ -15,6 +15,7 @@ from bench.chaos.server import Server, request, running
 from bench.chaos.trial import Finding, Setup
 from service.requests.reading import Reader, read_evaluation, read_layout
 from service.settings import Limits
+from service.shelves import View
 
 AT_ONCE, VOLLEYS = 31, 3
 LOOK_EVERY = 0.01
@@ -103,10 +104,10 @@ def cost(reader: Reader, body: bytes) -> tuple[float, float]:
 
 def _read(reader: Reader, body: bytes, told: Any) -> None:
     for first in (sent.plain(1000), sent.plain(100_000)):
-        reader(first, Limits(), Path("/nonexistent"))
+        reader(first, Limits(), View(Path("/nonexistent")))
     Path("/proc/self/clear_refs").write_text("5")  # the peak begins anew
     before, began = memory_of("self", "VmRSS"), time.process_time()
-    reader(body, Limits(), Path("/nonexistent"))
+    reader(body, Limits(), View(Path("/nonexistent")))
     told.put((time.process_time() - began, memory_of("self", "VmHWM") - before))
 
 

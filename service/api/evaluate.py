@@ -7,6 +7,7 @@ import json
 from fastapi import APIRouter, Request
 from fastapi.responses import Response
 
+from service.api.ownership import view_of
 from service.api.state import StateOf
 from service.body import json_body
 from service.schemas.evaluate import Evaluation
@@ -34,7 +35,7 @@ async def evaluate_layout(request: Request, state: StateOf) -> Response:
     Nothing is stored. A layout that breaks a rule is an answer (`outcome: infeasible` with reasons), not an error.
     """
     body = await json_body(request, state.settings.max_body)
-    accepted = await state.acceptance.evaluation(body)
+    accepted = await state.acceptance.evaluation(body, view_of(request, state))
     answer = await state.evaluations.evaluate(accepted)
     name = json.dumps(accepted.name, ensure_ascii=False)
     text = f'{{"name":{name},"request":{accepted.text},"result":{answer.text}}}'

@@ -8,7 +8,7 @@ from urllib.parse import urlencode
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import JSONResponse, Response
 
-from service.api.ownership import client_of, not_found, only_client, own_layout
+from service.api.ownership import client_of, not_found, only_client, own_layout, view_of
 from service.api.state import StateOf
 from service.body import json_body
 from service.cursor import decode, encode
@@ -48,7 +48,7 @@ async def create_layout(request: Request, state: StateOf) -> Response:
     """
     key = idempotency_key(request.headers.getlist("idempotency-key"))
     body = await json_body(request, state.settings.max_body)
-    accepted = await state.acceptance.layout(body)
+    accepted = await state.acceptance.layout(body, view_of(request, state))
     job = await state.jobs.submit(accepted, client_of(request), key)
     wait = preferred_wait(request.headers.getlist("prefer"), state.settings.max_wait)
     headers = {}

@@ -6,6 +6,7 @@ from fastapi import APIRouter, Request
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import JSONResponse, Response
 
+from service.api.ownership import library_of
 from service.api.state import StateOf
 from service.meshes import mesh_address, mesh_list, mesh_resource
 from service.schemas.meshes import MeshPage, UploadedMesh
@@ -34,7 +35,7 @@ async def create_mesh(request: Request, state: StateOf) -> Response:
 
     It is taken apart into convex pieces, which takes seconds if it has dents. Nothing but the triangles is read.
     """
-    mesh, new = await take_mesh(request, state.library, state.intake, state.settings)
+    mesh, new = await take_mesh(request, library_of(request, state), state.intake, state.settings)
     return JSONResponse(mesh_resource(mesh), 201 if new else 200, {"Location": mesh_address(mesh)})
 
 
@@ -45,9 +46,9 @@ async def create_mesh(request: Request, state: StateOf) -> Response:
     response_model=None,
     responses={200: {"model": MeshPage, "description": "All meshes."}, 500: PROBLEM},
 )
-def list_meshes(state: StateOf) -> Response:
+def list_meshes(request: Request, state: StateOf) -> Response:
     """Every mesh that a request may refer to, by name."""
-    return JSONResponse({"items": mesh_list(state.library), "next_cursor": None})
+    return JSONResponse({"items": mesh_list(library_of(request, state)), "next_cursor": None})
 
 
 @router.get(
@@ -57,9 +58,9 @@ def list_meshes(state: StateOf) -> Response:
     response_model=None,
     responses={200: {"model": UploadedMesh, "description": "The mesh."}, 404: PROBLEM, 500: PROBLEM},
 )
-def get_mesh(mesh_id: str, state: StateOf) -> Response:
+def get_mesh(mesh_id: str, request: Request, state: StateOf) -> Response:
     """Its size, in the units of its file, and what it was taken apart into."""
-    mesh = state.library.user_mesh(mesh_id)
+    mesh = library_of(request, state).user_mesh(mesh_id)
     if mesh is None:
         raise no_mesh(mesh_id)
     return JSONResponse(mesh_resource(mesh))
@@ -71,9 +72,9 @@ def get_mesh(mesh_id: str, state: StateOf) -> Response:
     summary="Delete a mesh",
     status_code=204,
     response_model=None,
-    responses={204: {"description": "Gone."}, 404: PROBLEM, 500: PROBLEM, 503: PROBLEM},
+    responses={204: {"description": "Gone."}, 403: PROBLEM, 404: PROBLEM, 500: PROBLEM, 503: PROBLEM},
 )
-async def delete_mesh(mesh_id: str, state: StateOf) -> Response:
+async def delete_mesh(mesh_id: str, request: Request, state: StateOf) -> Response:
     """No further request may refer to it; layouts that were accepted before are carried out all the same."""
-    await run_in_threadpool(drop_mesh, mesh_id, state.library, state.settings)
+    await run_in_threadpool(drop_mesh, mesh_id, library_of(request, state), state.settings)
     return Response(status_code=204)

@@ -1,4 +1,4 @@
-"""Whose layouts are whose: where keys are in use, each sees and changes its own alone, unless all are shared."""
+"""What is whose: where keys are in use, each sees and changes its own alone, unless all are shared."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ from fastapi import Request
 
 from service.api.state import State
 from service.jobs.job import Job, is_job_id
+from service.library import Library
 from service.problems import Problem
+from service.shelves import View
 
 
 def client_of(request: Request) -> str:
@@ -17,6 +19,17 @@ def client_of(request: Request) -> str:
 def only_client(request: Request, state: State) -> str | None:
     """Whose layouts the asker may see; None: everybody's."""
     return None if state.settings.shared else client_of(request) or None
+
+
+def library_of(request: Request, state: State) -> Library:
+    """Robots and meshes as the asker sees them."""
+    return state.library.seen_by(view_of(request, state))
+
+
+def view_of(request: Request, state: State) -> View:
+    """What of robots and meshes the asker sees."""
+    client = client_of(request)
+    return View(state.settings.data_dir.absolute(), client, state.settings.shared or not client)
 
 
 async def own_layout(layout_id: str, request: Request, state: State) -> Job:

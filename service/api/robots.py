@@ -9,6 +9,7 @@ from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import JSONResponse, Response
 
 from models.errors import UnknownRobot
+from service.api.ownership import library_of
 from service.api.state import StateOf
 from service.problems import Problem
 from service.robots import robot_document, robot_list
@@ -29,9 +30,9 @@ RobotName = Annotated[str, Path(description="Its name in the list of robots.", e
     response_model=None,
     responses={200: {"model": RobotPage, "description": "All robots."}, 500: PROBLEM},
 )
-def list_robots(state: StateOf) -> Response:
+def list_robots(request: Request, state: StateOf) -> Response:
     """Every robot that a request may name."""
-    return JSONResponse({"items": robot_list(state.library), "next_cursor": None})
+    return JSONResponse({"items": robot_list(library_of(request, state)), "next_cursor": None})
 
 
 @router.post(
@@ -52,8 +53,8 @@ async def create_robot(request: Request, state: StateOf) -> Response:
     not part of it, and `chain` in the answer tells what was chosen and what else could be meant. Meshes are taken
     apart into convex pieces, which takes seconds if they have dents. Xacro is not expanded.
     """
-    name = await take_robot(request, state.library, state.intake, state.settings)
-    document = await run_in_threadpool(robot_document, name, state.library)
+    name = await take_robot(request, library_of(request, state), state.intake, state.settings)
+    document = await run_in_threadpool(robot_document, name, library_of(request, state))
     return JSONResponse(document, 201, {"Location": f"/v1/robots/{name}"})
 
 
@@ -64,10 +65,10 @@ async def create_robot(request: Request, state: StateOf) -> Response:
     response_model=None,
     responses={200: {"model": RobotDetail, "description": "The robot."}, 404: PROBLEM, 500: PROBLEM},
 )
-def get_robot(name: RobotName, state: StateOf) -> Response:
+def get_robot(name: RobotName, request: Request, state: StateOf) -> Response:
     """Joints, limits, frames, reach, where the data come from."""
     try:
-        return JSONResponse(robot_document(name, state.library))
+        return JSONResponse(robot_document(name, library_of(request, state)))
     except UnknownRobot as error:
         raise Problem("robot-not-found", error.detail) from error
 
@@ -78,9 +79,9 @@ def get_robot(name: RobotName, state: StateOf) -> Response:
     summary="Delete a robot",
     status_code=204,
     response_model=None,
-    responses={204: {"description": "Gone."}, 404: PROBLEM, 409: PROBLEM, 500: PROBLEM, 503: PROBLEM},
+    responses={204: {"description": "Gone."}, 403: PROBLEM, 404: PROBLEM, 409: PROBLEM, 500: PROBLEM, 503: PROBLEM},
 )
-async def delete_robot(name: RobotName, state: StateOf) -> Response:
+async def delete_robot(name: RobotName, request: Request, state: StateOf) -> Response:
     """Its name is free again; layouts that were accepted before are carried out all the same."""
-    await run_in_threadpool(drop_robot, name, state.library, state.settings)
+    await run_in_threadpool(drop_robot, name, library_of(request, state), state.settings)
     return Response(status_code=204)

@@ -16,6 +16,7 @@ from service.problems import Problem
 from service.requests.accept import Accepted
 from service.requests.reading import Read, Reader, read_evaluation, read_layout, read_within
 from service.settings import Limits, Settings
+from service.shelves import View
 from service.workers.executor import WorkerDied
 from service.workers.worker_process import WorkerProcess
 
@@ -48,18 +49,22 @@ class Acceptance:
         self._processes: set[WorkerProcess] = set()
         self._idle: list[WorkerProcess] = []
 
-    async def layout(self, body: bytes) -> Accepted:
+    async def layout(self, body: bytes, view: View | None = None) -> Accepted:
         """The request for a layout in a body.
+
+        Args:
+            body: a JSON document.
+            view: what of robots and meshes the sender sees; None: all there are.
 
         Raises:
             NotJson, InvalidRequest: it is none, or cannot be carried out.
             Problem: it takes too long, or nobody could read it.
         """
-        return (await self._read(read_layout, body)).request()
+        return (await self._read(read_layout, body, view)).request()
 
-    async def evaluation(self, body: bytes) -> Accepted:
+    async def evaluation(self, body: bytes, view: View | None = None) -> Accepted:
         """The request to evaluate a layout in a body; errors as for `layout`."""
-        return (await self._read(read_evaluation, body)).request()
+        return (await self._read(read_evaluation, body, view)).request()
 
     async def stop(self) -> None:
         """End all processes; returns when they are gone."""
@@ -69,35 +74,36 @@ class Acceptance:
         self._processes.clear()
         self._idle.clear()
 
-    async def _read(self, reader: Reader, body: bytes) -> Read:
+    async def _read(self, reader: Reader, body: bytes, view: View | None) -> Read:
+        view = view or View(self._data_dir)
         if len(body) <= SMALL and b"mesh" not in body and b"\\u" not in body:
             async with self._here:
-                return await run_in_threadpool(reader, body, self._limits, self._data_dir)
+                return await run_in_threadpool(reader, body, self._limits, view)
         if self._present >= MOST_PRESENT:
             raise _failed(f"{self._present} large requests are being read.")
         self._present += 1
         try:
             async with self._places:
-                return await self._read_elsewhere(reader, body)
+                return await self._read_elsewhere(reader, body, view)
         finally:
             self._present -= 1
 
-    async def _read_elsewhere(self, reader: Reader, body: bytes) -> Read:
+    async def _read_elsewhere(self, reader: Reader, body: bytes, view: View) -> Read:
         """In a process."""
         try:
             async with asyncio.timeout(WAITING_COUNTS * self._within):
-                return await self._run(await self._taken(), reader, body)
+                return await self._run(await self._taken(), reader, body, view)
         except TimeoutError as error:
             raise self._too_long() from error
         except (WorkerDied, OSError, EOFError) as error:
             log.error("a process that reads requests ended: %r", error)
             raise _failed("The process that read the request ended.") from error
 
-    async def _run(self, one: WorkerProcess, reader: Reader, body: bytes) -> Read:
+    async def _run(self, one: WorkerProcess, reader: Reader, body: bytes, view: View) -> Read:
         """The process is ended if it is not done when this is cancelled."""
         done = False
         try:
-            arguments = reader, self._within, body, self._limits, self._data_dir
+            arguments = reader, self._within, body, self._limits, view
             read = await one.begin(read_within, arguments, lambda kind, data: None)
             done = len(body) <= FORGET
         except WorkerDied as error:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Callable
-from pathlib import Path
 from typing import NamedTuple
 
 from service.issues import InvalidRequest, Issue
 from service.library import Library
 from service.requests.accept import Accepted, accept, accept_evaluation
 from service.settings import Limits
+from service.shelves import View
 from service.validation.strict_json import NotJson
 from service.workers.priority import READING, give_way
 
@@ -42,21 +42,21 @@ class Read(NamedTuple):
         raise InvalidRequest(self.issues, self.more)
 
 
-Reader = Callable[[bytes, Limits, Path], Read]
-"""Reads a body within limits; robots and meshes of users lie in a folder."""
+Reader = Callable[[bytes, Limits, View], Read]
+"""Reads a body within limits; what of robots and meshes counts is what its sender sees."""
 
 
-def read_layout(body: bytes, limits: Limits, data_dir: Path) -> Read:
+def read_layout(body: bytes, limits: Limits, view: View) -> Read:
     """A request for a layout."""
-    return _read(lambda: accept(body, limits, Library(data_dir)))
+    return _read(lambda: accept(body, limits, Library(view.data_dir).seen_by(view)))
 
 
-def read_evaluation(body: bytes, limits: Limits, data_dir: Path) -> Read:
+def read_evaluation(body: bytes, limits: Limits, view: View) -> Read:
     """A request to evaluate a layout."""
-    return _read(lambda: accept_evaluation(body, limits, Library(data_dir)))
+    return _read(lambda: accept_evaluation(body, limits, Library(view.data_dir).seen_by(view)))
 
 
-def read_within(reader: Reader, seconds: float, body: bytes, limits: Limits, data_dir: Path) -> Read:
+def read_within(reader: Reader, seconds: float, body: bytes, limits: Limits, view: View) -> Read:
     """Read a body in a process that is ended when this takes it more than ``seconds`` of its own time.
 
     The kernel ends it (SIGPROF), also in the middle of a library; how busy the machine is does not matter.
@@ -64,7 +64,7 @@ def read_within(reader: Reader, seconds: float, body: bytes, limits: Limits, dat
     give_way(READING)
     signal.setitimer(signal.ITIMER_PROF, seconds)
     try:
-        return reader(body, limits, data_dir)
+        return reader(body, limits, view)
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
 

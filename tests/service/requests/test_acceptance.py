@@ -18,6 +18,7 @@ from service.requests.acceptance import SMALL, Acceptance
 from service.requests.reading import Read
 from service.schemas.request import EXAMPLE
 from service.settings import Limits, Settings
+from service.shelves import View
 from service.validation.strict_json import NotJson
 from service.workers.priority import READING
 
@@ -49,7 +50,7 @@ def test_small_bodies_are_read_one_at_a_time(monkeypatch: pytest.MonkeyPatch, tm
     reading: list[int] = []
     present = threading.Semaphore(100)
 
-    def slowly(body: bytes, limits: Limits, data_dir: Path) -> Read:
+    def slowly(body: bytes, limits: Limits, view: View) -> Read:
         present.acquire()
         reading.append(100 - present._value)
         time.sleep(0.01)

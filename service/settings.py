@@ -37,7 +37,7 @@ class Limits(BaseSettings):
     max_certificate_time: float = Field(default=600.0, gt=0.0, description="s, certificate.time_limit")
     max_upload: int = Field(default=50_000_000, gt=0, description="bytes of an upload of a robot or a mesh")
     max_uploads: int = Field(default=4, ge=1, description="uploads that are read at the same time, or wait for it")
-    max_kept: int = Field(default=1000, ge=1, description="uploaded robots, and uploaded meshes, that are kept of one key")
+    max_kept: int = Field(default=1000, ge=1, description="robots, and meshes, that are kept of one key")
     upload_time_limit: float = Field(default=120.0, gt=0.0, description="s that reading an upload may take")
     keep_deleted: float = Field(
         default=86400.0, ge=0.0, description="s that deleted robots and meshes are kept for layouts accepted before"

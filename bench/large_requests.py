@@ -212,7 +212,7 @@ def is_miss(record: Record) -> bool:
     """Whether a request has no answer, or a late one by the clock and by the processor."""
     if record["over"] is None:
         return False
-    return record["word"].startswith("failed") or min(record["over"], record["cpu_over"]) > LATE
+    return bool(record["word"].startswith("failed") or min(record["over"], record["cpu_over"]) > LATE)
 
 
 def line_of(record: Record) -> str:

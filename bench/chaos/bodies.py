@@ -33,7 +33,7 @@ def dear() -> dict[str, bytes]:
     wrong_pose = {"position": ["a"] * 3, "orientation": {"matrix": [["a"] * 3] * 3}}
     wrong_arm = EXAMPLE["arms"][0] | {"weights": ["a"] * 6, "name": ["a"]}
     obstacle = {"name": "o", "shape": {"type": "box", "size": ["a", 0, -1]}, "pose": wrong_pose}
-    forms = {
+    forms: dict[str, dict[str, Any]] = {
         "5,000 poses, all wrong": {"task": {"poses": [wrong_pose] * 5000}},
         "8 arms, all wrong": {"arms": [wrong_arm] * 8},
         "200 obstacles, all wrong": {"obstacles": [obstacle] * 200},

@@ -9,6 +9,7 @@ from math import pi
 import numpy as np
 
 from models.arrays import Floats, set_frozen
+from models.linear_limits import LinearLimits
 from models.pose import rotation_z, transform
 from models.posture import Posture
 from models.robot import Robot
@@ -105,6 +106,7 @@ class Arm:
         min_conditioning: smallest allowed σmin/σmax of the Jacobian along the path, or None.
         mount: (3, 3) base orientation in the world at yaw 0; the yaw turns about the base's own z axis.
         avoid_singularities: refuse poses at which the wrist is within `SINGULAR_WRIST` of its singularity.
+        linear_limits: limits between the joints, or None without any.
 
     Raises:
         InvalidInput: a weight that is out of range (`models.weights`).
@@ -124,6 +126,7 @@ class Arm:
     mount: Floats = field(default_factory=lambda: np.eye(3))
     grasps: Floats | None = None
     avoid_singularities: bool = True
+    linear_limits: LinearLimits | None = None
 
     def __post_init__(self) -> None:
         n = self.robot.dof
@@ -146,6 +149,53 @@ class Arm:
         """Mean of the weights that are not zero (1 without any): what a cost is to be measured against."""
         positive = self.weights[self.weights > 0.0]
         return float(np.mean(positive)) if len(positive) else 1.0
+
+    # What has limits are the joints, and after them the sums of the linear limits: n + k values in this order.
+
+    def bounded(self, joints: Floats) -> Floats:
+        """(..., n + k) rad, all that has limits at joint values (..., n): these, then the sums of `linear_limits`."""
+        if self.linear_limits is None:
+            return joints
+        return np.concatenate([joints, self.linear_limits.values(joints)], axis=-1)
+
+    @cached_property
+    def bounded_lower(self) -> Floats:
+        """(n + k,) rad, lower limits of what is `bounded`."""
+        return self.lower if self.linear_limits is None else np.concatenate([self.lower, self.linear_limits.lower])
+
+    @cached_property
+    def bounded_upper(self) -> Floats:
+        """(n + k,) rad, likewise."""
+        return self.upper if self.linear_limits is None else np.concatenate([self.upper, self.linear_limits.upper])
+
+    @cached_property
+    def bounded_slopes(self) -> Floats:
+        """(n + k, n) derivatives of what is `bounded` by the joints."""
+        own = np.eye(self.dof)
+        return own if self.linear_limits is None else np.concatenate([own, self.linear_limits.matrix])
+
+    def bounded_sizes(self, sizes: Floats) -> Floats:
+        """(..., n + k) rad that what is `bounded` changes by at most where the joints change by ``sizes`` (..., n)."""
+        return sizes if self.linear_limits is None else sizes @ np.abs(self.bounded_slopes.T)
+
+    @property
+    def bounded_names(self) -> tuple[str, ...]:
+        """Names of what is `bounded`."""
+        return self.robot.joint_names + (() if self.linear_limits is None else self.linear_limits.names)
+
+    def limit_excess(self, joints: Floats) -> Floats:
+        """(..., n + k) rad by which what is `bounded` lies beyond its limits; negative: what is left."""
+        bounded = self.bounded(joints)
+        excess: Floats = np.maximum(self.bounded_lower - bounded, bounded - self.bounded_upper)
+        return excess
+
+    @cached_property
+    def turns_matter(self) -> bool:
+        """True if a joint of a linear limit has a turn or more: the sum then depends on which turn it is on."""
+        if self.linear_limits is None:
+            return False
+        used = np.any(self.linear_limits.matrix != 0.0, axis=0)
+        return bool(np.any((self.upper - self.lower)[used] >= TURN))
 
     @property
     def upright(self) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 
 from models.arrays import Floats, set_frozen
 from models.errors import InvalidInput
+from models.linear_limits import LinearLimits
 from models.robot_frames import RobotFrame
 
 
@@ -36,6 +37,7 @@ class Robot:
         ssik_name: name of the arm's artifact in ssik, or None for robots from elsewhere.
         flanges: frames that a tool can be attached to, the usual one first; empty: the last frame is the only one.
         mounting_face: what the base is bolted down with, in the base frame; None where it is not known.
+        linear_limits: limits between the joints; None where none are known.
         description: digest of the file that describes it, "" for robots of no file: arms of one machine have it in
             common.
     """
@@ -60,6 +62,7 @@ class Robot:
     flanges: tuple[RobotFrame, ...] = ()
     mounting_face: RobotFrame | None = None
     description: str = ""
+    linear_limits: LinearLimits | None = None
 
     def __post_init__(self) -> None:
         n = len(self.joint_names)

@@ -67,7 +67,7 @@ class LimitExcess:
     """Where a joint is nearest to its limits, or farthest beyond them.
 
     Attributes:
-        arm: its name. joint: name of the joint.
+        arm: its name. joint: name of the joint, or of a linear limit.
         pose: index of the pose before. fraction: of the way to the next pose.
         amount: rad beyond the limit; negative: what is left.
     """
@@ -165,10 +165,10 @@ def _worst_limit(cell: Cell, walk: Walk) -> LimitExcess:
     """The joint nearest to its limits over all samples."""
     worst = []
     for arm, q in zip(cell.arms, walk.joints, strict=True):
-        excess = np.maximum(arm.lower - q, q - arm.upper)
+        excess = arm.limit_excess(q)
         k, i = np.unravel_index(int(np.argmax(excess)), excess.shape)
         place = int(walk.step[k]), float(walk.fraction[k])
-        worst.append(LimitExcess(arm.name, arm.robot.joint_names[i], *place, float(excess[k, i])))
+        worst.append(LimitExcess(arm.name, arm.bounded_names[i], *place, float(excess[k, i])))
     return max(worst, key=lambda one: one.amount)
 
 

@@ -25,6 +25,7 @@ from models.posture import ALL_SIGNS
 from models.wrist_singularity import wrist_shortfall
 from optimizer.measure import objective_of
 from optimizer.paths import choose_yaw, lift, unwrap
+from optimizer.single_arm.linear_sums import first_joint_limits, keep_sums, sum_excess
 
 BEYOND = 100.0
 """Cost of a radian outside the limits in the choice of branches: such a path may still be repaired."""
@@ -84,6 +85,9 @@ def node_costs(arm: Arm, layer: Floats, skip_first: bool, weight: float = 1.0) -
     outside = np.maximum(low - values, 0.0) + np.maximum(values - high, 0.0)
     cost = weight * arm.weights * (values - arm.reference) ** 2 + BEYOND * outside
     total: Floats = np.sum(cost[:, 1:] if skip_first else cost, axis=1)
+    if arm.linear_limits is not None:
+        sums = arm.linear_limits.violation(values)
+        total += BEYOND * np.sum(sums if not skip_first else sums * (arm.linear_limits.matrix[:, 0] == 0.0), axis=1)
     return total + BEYOND / SINGULAR_WRIST * wrist_shortfall(arm, layer.T[..., None])
 
 
@@ -116,12 +120,13 @@ def finish_path(cell: Cell, arm: Arm, position: Floats, yaw: float, joints: Floa
     violation = max(float(np.max(step)) - cell.max_joint_step, 0.0)
     for i in range(1 if sigma else 0, arm.dof):
         violation += float(lift(joints[i], arm.lower[i], arm.upper[i], arm.reference[i], *jobs))
+    keep_sums(arm, joints, task.starts, free_yaw=bool(sigma))
     if sigma:
         joints[0] += sigma * yaw  # as if the yaw were zero
-        best, out = choose_yaw(joints[0], arm.lower[0], arm.upper[0], arm.reference[0], arm.base, sigma, *jobs)
+        best, out = choose_yaw(joints[0], *first_joint_limits(arm, joints), arm.reference[0], arm.base, sigma, *jobs)
         yaw, violation = float(best), violation + float(out)
     path = joints.T
-    violation += float(wrist_shortfall(arm, joints))
+    violation += float(wrist_shortfall(arm, joints)) + float(sum_excess(arm, joints))
     objective = objective_of(task, arm, path)
     form = posture_form(arm.robot)
     postures = [] if form is None else [posture_of(form, path[(job.start + job.stop) // 2]) for job in task.jobs]

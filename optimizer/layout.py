@@ -74,6 +74,7 @@ class Placement:
         objective: this arm's part of E (8.21).
         joint_margins: (n,) rad, smallest distance to a limit over the path; inf for joints without end.
         minimum_margin: rad, smallest of them; inf if no joint has limits.
+        linear_margins: of every linear limit its name, and rad, the smallest distance of its sum to its limits.
         minimum_conditioning: smallest σmin/σmax of the Jacobian (translation divided by ``characteristic_length``).
         characteristic_length: m.
         singularity_distances: name of a singular set ("elbow", "wrist", "shoulder") -> smallest distance over the path
@@ -99,6 +100,7 @@ class Placement:
     mount: Floats = field(default_factory=lambda: np.eye(3))
     avoids_singularities: bool = True
     mounting_face: Floats | None = None
+    linear_margins: tuple[tuple[str, float], ...] = ()
 
     def __post_init__(self) -> None:
         set_frozen(self, "position", self.position, (3,))

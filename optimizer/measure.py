@@ -27,6 +27,12 @@ def joint_margins(arm: Arm, joints: Floats) -> Floats:
     return margins
 
 
+def linear_margins(arm: Arm, joints: Floats) -> tuple[tuple[str, float], ...]:
+    """Of every linear limit its name, and rad, the smallest distance of its sum to either end along a path (m, n)."""
+    margins = -np.max(arm.limit_excess(joints)[:, arm.dof :], axis=0)
+    return tuple(zip(arm.bounded_names[arm.dof :], map(float, margins), strict=True))
+
+
 def largest_step(task: Task, joints: Floats) -> float:
     """rad, largest change of any joint (m, n) between consecutive poses of a job."""
     return float(np.max(np.abs(np.diff(joints, axis=0)[task.joined]), initial=0.0))
@@ -69,6 +75,7 @@ def placed(cell: Cell, arm: Arm, point: ArmPoint) -> Placement:
         singularity_distances={} if form is None else _singularity_distances(arm, form, point.joints),
         mount=arm.mount,
         avoids_singularities=arm.avoid_singularities,
+        linear_margins=linear_margins(arm, point.joints),
         mounting_face=None if arm.robot.mounting_face is None else arm.robot.mounting_face.pose,
         geometry=provenance(cell.surroundings.links(arm)),
     )

@@ -74,8 +74,8 @@ def lift(
 
 def choose_yaw(
     path: Floats,
-    lower: float,
-    upper: float,
+    lower: float | Floats,
+    upper: float | Floats,
     reference: float,
     region: BaseRegion,
     sigma: int,
@@ -88,7 +88,7 @@ def choose_yaw(
 
     Args:
         path: (..., m) rad, joint 1 for a yaw of zero, continuous.
-        lower: rad, limit of joint 1. upper: likewise.
+        lower: rad, limit of joint 1, or one for each value of the path (..., m). upper: likewise.
         reference: rad, of joint 1.
         region: allowed yaw.
         sigma: sense of joint 1 about the vertical, ±1.
@@ -101,7 +101,7 @@ def choose_yaw(
         return _choose_common_yaw(path, (lower, upper, reference), region, sigma, weights, starts)
     first = path[..., 0].copy()
     wanted = reference - mean(path, weights)
-    low, high = lower - np.min(path, axis=-1), upper - np.max(path, axis=-1)
+    low, high = np.max(lower - path, axis=-1), np.min(upper - path, axis=-1)
     with np.errstate(invalid="ignore"):  # limits of a joint without end
         shift = np.where(low <= high, np.clip(wanted, low, high), 0.5 * (low + high))
     if not region.yaw_free:
@@ -115,7 +115,7 @@ def choose_yaw(
 
 def _choose_common_yaw(
     path: Floats,
-    joint: tuple[float, float, float],
+    joint: tuple[float | Floats, float | Floats, float],
     region: BaseRegion,
     sigma: int,
     weights: Floats | None,
@@ -127,8 +127,8 @@ def _choose_common_yaw(
     shifts = JobShifts(
         wanted=np.array([reference - mean(part, share) for part, share in zip(parts, shares, strict=True)]),
         weights=np.array([part.shape[-1] if s is None else np.sum(s) for part, s in zip(parts, shares, strict=True)]),
-        low=np.array([lower - np.min(part, axis=-1) for part in parts]),
-        high=np.array([upper - np.max(part, axis=-1) for part in parts]),
+        low=np.array([np.max(part, axis=-1) for part in _jobs(lower - path, starts)]),
+        high=np.array([np.min(part, axis=-1) for part in _jobs(upper - path, starts)]),
         start=np.asarray(0.0 if region.yaw_free else min(-sigma * region.yaw.low, -sigma * region.yaw.high)),
         width=TURN if region.yaw_free else region.yaw.width,
     )

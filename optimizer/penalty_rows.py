@@ -70,9 +70,10 @@ def exterior(parameter: float, margin: float) -> Penalty:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Selected:
-    """Which rows exist: limited joints, bounded components of the base."""
+    """Which rows exist: joints and sums of joints with limits, with their slopes; bounded components of the base."""
 
     limited: Ints
+    slopes: Floats
     lower: Floats
     upper: Floats
     bounded: Ints
@@ -82,7 +83,8 @@ class _Selected:
 class ConstrainedPosture:
     """One posture's E(Γ) with its constraints, over the free components of Γ.
 
-    Rows, in this order: joints above their upper limits and below their lower ones (per pose, rad); joint steps beyond
+    Rows, in this order: joints (and sums with linear limits) above their upper limits and below their lower ones (per
+    pose, rad); joint steps beyond
     the allowed one, up and down (rad; ours, the source has none; within a job); reach (m); base region (m, rad).
     """
 
@@ -95,7 +97,7 @@ class ConstrainedPosture:
     def rows(self, path: Followed) -> Floats:
         """(k,) all rows."""
         chosen = self._rows
-        q = path.joints[:, chosen.limited]
+        q = self.function.problem.arm.bounded(path.joints)[:, chosen.limited]
         steps = np.diff(path.joints, axis=0)[self._before]
         allowed = self.function.problem.max_step
         place = path.placement[chosen.bounded]
@@ -123,7 +125,7 @@ class ConstrainedPosture:
         sizes = np.cumsum([m * k, m * k, steps, steps, path.reach.values.size, len(chosen.bounded)])
         upper, lower, up, down, reach, high, low = np.split(weights, sizes)
         slope = self.function.objective_slope(path)
-        slope[:, chosen.limited] += (upper - lower).reshape(m, k)
+        slope += (upper - lower).reshape(m, k) @ chosen.slopes
         net = (up - down).reshape(-1, s)
         slope[before + 1] += net
         slope[before] -= net
@@ -150,6 +152,7 @@ def free_components(arm: Arm) -> Ints:
 
 
 def _select(arm: Arm) -> _Selected:
-    limited = np.flatnonzero(np.isfinite(arm.lower) & np.isfinite(arm.upper))
+    limited = np.flatnonzero(np.isfinite(arm.bounded_lower) & np.isfinite(arm.bounded_upper))
     bounded = np.array([i for i in free_components(arm) if i < 3 or not arm.base.yaw_free], dtype=np.int64)
-    return _Selected(limited, arm.lower[limited], arm.upper[limited], bounded, arm.base.bounds[bounded])
+    lower, upper, slopes = arm.bounded_lower[limited], arm.bounded_upper[limited], arm.bounded_slopes[limited]
+    return _Selected(limited, slopes, lower, upper, bounded, arm.base.bounds[bounded])

@@ -4,7 +4,8 @@
 of poses and the kinds of rows alone, so it is compiled once and shared; a `Program` adds the numbers of one request.
 
 Unknowns, arm after arm: base (x, y, z, yaw), then the joints pose by pose.
-Rows, arm after arm: pose rows of every pose (`pose_rows`), then, where asked for, joint steps and conditioning cuts.
+Rows, arm after arm: pose rows of every pose (`pose_rows`), then, where asked for, joint steps and conditioning cuts,
+and last the linear limits of arms that have such.
 Steps from one job of a family to the next have rows without bounds.
 """
 
@@ -22,7 +23,7 @@ from models.closed_form import closed_form
 from models.nominal import singular_fifth
 from models.singular_margins import SPARE, Margins, margins_along, margins_at_poses
 from optimizer.pose_rows import BASE, target_numbers
-from optimizer.structure import Structure, structure_of
+from optimizer.structure import LinearRows, Structure, structure_of
 
 POSE_ROWS = ("x", "y", "z", "rotation about x", "rotation about y", "rotation about z")
 
@@ -90,6 +91,8 @@ class Program:
                     yield from (f"{arm.name} / {joint} step to pose {pose}" for joint in arm.robot.joint_names)
             if self.structure.cuts:
                 yield from (f"{arm.name} / conditioning, pose {pose}" for pose in range(self.structure.poses))
+            names = arm.bounded_names[arm.dof :]
+            yield from (f"{arm.name} / {name}, pose {pose}" for pose in range(self.structure.poses) for name in names)
 
     def pack(self, points: Sequence[ArmPoint]) -> Floats:
         """(N,) vector of unknowns from one point per arm."""
@@ -132,7 +135,8 @@ def build_program(
     """
     poses = len(cell.task)
     mounts = tuple(tuple(float(x) for x in arm.mount.ravel()) for arm in arms)
-    structure = structure_of(tuple(arm.robot for arm in arms), mounts, poses, keep_shoulder, steps, cuts is not None)
+    robots, linear = tuple(arm.robot for arm in arms), tuple(_linear_rows(arm) for arm in arms)
+    structure = structure_of(robots, mounts, poses, keep_shoulder, steps, cuts is not None, linear)
     scale = float(np.mean([arm.weight_scale for arm in arms])) * cell.task.weight_scale
     parts = [_arm_numbers(cell, arm, point, structure, scale, clear) for arm, point in zip(arms, points, strict=True)]
     numbers = [part.parameters for part in parts]
@@ -148,6 +152,8 @@ def build_program(
             numbers[index] = np.concatenate([numbers[index], cuts[index].gradients.ravel()])
             rows_lower.append(cuts[index].bounds)
             rows_upper.append(np.full(poses, np.inf))
+        rows_lower.append(np.tile(arms[index].bounded_lower[arms[index].dof :], poses))
+        rows_upper.append(np.tile(arms[index].bounded_upper[arms[index].dof :], poses))
     return Program(
         arms=tuple(arms),
         structure=structure,
@@ -159,6 +165,11 @@ def build_program(
         max_joint_step=cell.max_joint_step,
         scale=scale,
     )
+
+
+def _linear_rows(arm: Arm) -> LinearRows:
+    """Coefficients of an arm's linear limits."""
+    return () if arm.linear_limits is None else tuple(map(tuple, arm.linear_limits.matrix.tolist()))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

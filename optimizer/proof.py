@@ -13,8 +13,8 @@ class Obstacle:
 
     Attributes:
         kind: out_of_reach | joint_limit | joint_step (no path within limits and step from pose to pose) |
-            singularity (the wrist is too near to its own) | conditioning.
-        joint: index of the joint, or None for reach and conditioning.
+            singularity (the wrist is too near to its own) | linear_limit (of a sum of joints) | conditioning.
+        joint: index of the joint, or None for reach, sums of joints and conditioning.
         share: fraction of what was searched (base region times postures) that it was seen to rule out. Shares
             overlap; reach is looked at first, joints only where reach rules nothing out.
         pose_shares: (m,) the same fraction for every single pose.

@@ -149,14 +149,22 @@ def explain_proof(cell: Cell, arm: Arm, obstacles: tuple[Obstacle, ...]) -> tupl
             "joint_limit": f"need {joint} beyond its limits",
             "joint_step": "cannot be joined without too long a joint step",
             "singularity": f"bring the wrist within {np.degrees(SINGULAR_WRIST):.3f}° of its singularity at {joint}",
+            "linear_limit": f"need {linear_names(arm)} beyond its limits",
             "conditioning": f"leave a conditioning below {arm.min_conditioning}",
         }[obstacle.kind]
         detail = (
             f"{arm.name}: proved impossible from every allowed base in any one posture; {_poses(obstacle.poses)} "
             f"{what} in {100.0 * obstacle.share:.0f} % of all places and postures"
         )
-        reasons.append(Reason(arm.name, obstacle.kind, obstacle.poses, detail, joint))
+        sums = obstacle.kind == "linear_limit"
+        kind, joint = ("joint_limit", linear_names(arm)) if sums else (obstacle.kind, joint)
+        reasons.append(Reason(arm.name, kind, obstacle.poses, detail, joint))
     return tuple(reasons)
+
+
+def linear_names(arm: Arm) -> str:
+    """The linear limits of an arm, as one name."""
+    return " or ".join(arm.bounded_names[arm.dof :])
 
 
 def explain_general(
@@ -259,11 +267,11 @@ def explain_path(
         amount = float(np.max(missing))
         detail = f"{arm.name}: {where} {_poses(far)} out of reach by up to {amount:.3f} m"
         reasons.append(Reason(arm.name, "out_of_reach", tuple(map(int, far)), detail, amount=amount, unit="m"))
-    beyond = np.maximum(arm.lower - joints, joints - arm.upper)
+    beyond = arm.limit_excess(joints)
     for i in np.argsort(-np.max(beyond, axis=0)):
         poses = first + np.flatnonzero(beyond[:, i] > 1e-9)
         if len(poses):
-            amount, name = float(np.max(beyond[:, i])), arm.robot.joint_names[i]
+            amount, name = float(np.max(beyond[:, i])), arm.bounded_names[i]
             excess = f"{np.degrees(amount):.2f}°"
             detail = f"{arm.name}: {where} {name} is beyond its limit by up to {excess} at {_poses(poses)}"
             reasons.append(Reason(arm.name, "joint_limit", tuple(map(int, poses)), detail, name, amount, "rad"))

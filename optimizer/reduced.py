@@ -25,6 +25,7 @@ from models.posture import ALL_SIGNS
 from models.screws import conditioning_of
 from models.wrist_singularity import wrist_shortfall
 from optimizer.paths import choose_yaw, lift, unwrap
+from optimizer.single_arm.linear_sums import first_joint_limits, keep_sums, sum_excess
 from optimizer.single_arm.pose_sample import sample_job
 
 
@@ -151,7 +152,7 @@ class Paths:
         yaw: (8, N) rad, in the allowed interval.
         objective: (8, N) E of the arm (8.21), also where the path is not allowed.
         missing: (8, N) m, sum over the poses of what reach lacks.
-        beyond: (8, N) rad, sum over the joints of what the path sticks out of the limits.
+        beyond: (8, N) rad, sum over the joints, and the linear limits, of what the path sticks out of the limits.
         jump: (8, N) rad, what the largest joint step exceeds the allowed one by.
         singular: (8, N) rad, what the wrist lacks of its distance from its singularity.
     """
@@ -258,7 +259,10 @@ def _paths(problem: ReducedProblem, branches: Branches) -> Paths:
     beyond = np.zeros(step.shape[1:])
     for i in range(1, 6):
         beyond += lift(joints[i], arm.lower[i], arm.upper[i], arm.reference[i], *jobs)
-    yaw, out = choose_yaw(joints[0], arm.lower[0], arm.upper[0], arm.reference[0], arm.base, problem.sigma, *jobs)
+    keep_sums(arm, joints, problem.starts, free_yaw=True)
+    first = first_joint_limits(arm, joints)
+    yaw, out = choose_yaw(joints[0], *first, arm.reference[0], arm.base, problem.sigma, *jobs)
+    beyond += sum_excess(arm, joints)
     error = joints - arm.reference[:, None, None, None]
     weighted = error if problem.weights is None else error * problem.weights
     objective = np.einsum("i,ikNm,ikNm->kN", arm.weights, error, weighted, optimize=False)

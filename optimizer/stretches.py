@@ -205,9 +205,11 @@ class Walk:
         within: Bools = np.ones(len(start), dtype=np.bool_)
         for arm, q in zip(self.cell.arms, self.joints, strict=True):
             sag = np.tile(0.5 * np.abs(self._sag(q, middle)), (2, 1))  # a parabola's, of each half, is a quarter
-            high, low = np.maximum(q[start], q[end]), np.minimum(q[start], q[end])
-            inside = (high <= arm.upper + LIMITS) & (low >= arm.lower - LIMITS)
-            sure = (high + sag <= arm.upper + LIMITS) & (low - sag >= arm.lower - LIMITS)
+            sag = arm.bounded_sizes(sag)
+            bounded, upper, lower = arm.bounded(q), arm.bounded_upper + LIMITS, arm.bounded_lower - LIMITS
+            high, low = np.maximum(bounded[start], bounded[end]), np.minimum(bounded[start], bounded[end])
+            inside = (high <= upper) & (low >= lower)
+            sure = (high + sag <= upper) & (low - sag >= lower)
             within &= np.all(sure | ~inside, axis=1)
         if np.any(last & ~within):
             self.limits_certain = False

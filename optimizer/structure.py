@@ -13,8 +13,12 @@ from itertools import pairwise
 import casadi as ca
 import numpy as np
 
+from models.arrays import Floats
 from models.robot import Robot
 from optimizer.pose_rows import BASE, TARGET, Mount, PoseRows, hessian_pattern, pose_rows
+
+LinearRows = tuple[tuple[float, ...], ...]
+"""Coefficients of an arm's linear limits, row by row."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -23,6 +27,7 @@ class Structure:
 
     Attributes:
         robots: of the arms. poses: m. keep_shoulder, steps, cuts: which optional rows there are.
+        linear: per arm, the coefficients of its linear limits.
         unknowns: (N,) MX. parameters: (p,) MX. objective: MX. rows: (M,) MX.
         gradient, jacobian, hessian: functions as `casadi.nlpsol` takes them for ``grad_f``, ``jac_g``, ``hess_lag``.
     """
@@ -32,6 +37,7 @@ class Structure:
     keep_shoulder: bool
     steps: bool
     cuts: bool
+    linear: tuple[LinearRows, ...]
     unknowns: ca.MX
     parameters: ca.MX
     objective: ca.MX
@@ -48,11 +54,19 @@ class Structure:
 
 @lru_cache(maxsize=32)
 def structure_of(
-    robots: tuple[Robot, ...], mounts: tuple[Mount, ...], poses: int, keep_shoulder: bool, steps: bool, cuts: bool
+    robots: tuple[Robot, ...],
+    mounts: tuple[Mount, ...],
+    poses: int,
+    keep_shoulder: bool,
+    steps: bool,
+    cuts: bool,
+    linear: tuple[LinearRows, ...] = (),
 ) -> Structure:
-    """Compile the program of some mounted robots for a number of poses (cached)."""
+    """Compile the program of some mounted robots for a number of poses (cached); without ``linear`` none has rows."""
+    linear = linear or ((),) * len(robots)
     parts = [
-        _ArmPart(robot, mount, poses, keep_shoulder, steps, cuts) for robot, mount in zip(robots, mounts, strict=True)
+        _ArmPart(robot, mount, poses, keep_shoulder, steps, cuts, rows)
+        for robot, mount, rows in zip(robots, mounts, linear, strict=True)
     ]
     unknowns = ca.MX.sym("unknowns", sum(part.unknowns for part in parts))
     parameters = ca.MX.sym("parameters", sum(part.parameters for part in parts))
@@ -83,6 +97,7 @@ def structure_of(
         keep_shoulder=keep_shoulder,
         steps=steps,
         cuts=cuts,
+        linear=linear,
         unknowns=unknowns,
         parameters=parameters,
         objective=objective,
@@ -108,13 +123,24 @@ class _ArmPart:
     jacobian: ca.MX
     hessian: ca.MX
 
-    def __init__(self, robot: Robot, mount: Mount, poses: int, keep_shoulder: bool, steps: bool, cuts: bool) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        mount: Mount,
+        poses: int,
+        keep_shoulder: bool,
+        steps: bool,
+        cuts: bool,
+        linear: LinearRows,
+    ) -> None:
         self.poses, self.n = poses, robot.dof
         self.compiled: PoseRows = pose_rows(robot, keep_shoulder, mount)
         self.with_steps, self.with_cuts = steps, cuts
+        self.linear = np.array(linear, dtype=np.float64).reshape(-1, self.n)
         self.unknowns = BASE + poses * self.n
         self.parameters = (TARGET + 1) * poses + 2 * self.n + (poses * self.n if cuts else 0)
         self.rows = self.compiled.size * poses + (self.n * (poses - 1) if steps else 0) + (poses if cuts else 0)
+        self.rows += len(self.linear) * poses
 
     def state(self, x: ca.MX, p: ca.MX, lam: ca.MX, lam_objective: ca.MX) -> None:
         """Fill the symbolic results for unknowns, parameters and multipliers of this arm."""
@@ -138,6 +164,9 @@ class _ArmPart:
             slopes = ca.reshape(p[int(at[-1]) :], n, m)
             values.append(ca.sum1(slopes * joints).T)
             blocks.append(_cuts_jacobian(slopes, m, n))
+        if len(self.linear):
+            values.append(ca.vec(ca.mtimes(ca.DM(self.linear), joints)))
+            blocks.append(_linear_jacobian(self.linear, m))
         self.row_values = ca.vertcat(*values)
         self.jacobian = ca.vertcat(*blocks)
         pose_multipliers = ca.reshape(lam[: size * m], size, m)
@@ -191,3 +220,12 @@ def _cuts_jacobian(slopes: ca.MX, m: int, n: int) -> ca.MX:
     """Derivative of the conditioning cuts by the unknowns."""
     rows, columns = np.repeat(np.arange(m), n), BASE + np.arange(m * n)
     return _sparse(ca.vec(slopes), rows, columns, (m, BASE + n * m))
+
+
+def _linear_jacobian(matrix: Floats, m: int) -> ca.MX:
+    """Constant derivative of the linear limits (k, n) at all poses by the unknowns."""
+    k, n = matrix.shape
+    row, joint = np.nonzero(matrix)
+    poses = np.arange(m)[:, None]
+    places = (row + k * poses).ravel(), (BASE + joint + n * poses).ravel()
+    return _sparse(ca.MX(ca.DM(np.tile(matrix[row, joint], m))), *places, (k * m, BASE + n * m))

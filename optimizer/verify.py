@@ -36,7 +36,7 @@ class ArmCheck:
 
     Attributes:
         position_error: m. orientation_error: rad. joint_step: rad, within a job.
-        limits: largest excess over joint limits and base region, rad or m, <= 0 if none.
+        limits: largest excess over joint limits, linear ones among them, and base region, rad or m, <= 0 if none.
         posture: largest distance on the wrong side of a singular set, <= 0 if none.
         conditioning: by how much σmin/σmax falls short of what the request asks for, <= 0 if it does not.
         singularity: rad by which the wrist is nearer to its singularity than the arm may be, 0 if it is not.
@@ -78,7 +78,7 @@ def check(cell: Cell, arm: Arm, point: ArmPoint) -> ArmCheck:
     reached = base_in_world @ flange_poses(arm.robot, point.joints) @ arm.tool
     wanted = cell.task.poses @ cell.grasps(arm)
     turned = np.swapaxes(wanted[:, :3, :3], 1, 2) @ reached[:, :3, :3]
-    joints = np.max(np.maximum(arm.lower - point.joints, point.joints - arm.upper))
+    joints = np.max(arm.limit_excess(point.joints))
     region = arm.base.bounds
     place = np.array([*point.position, arm.base.yaw_in_interval(point.yaw)])
     base = max(np.max(np.maximum(region[:, 0] - place, place - region[:, 1])), arm.base.yaw_outside(point.yaw))

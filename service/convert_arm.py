@@ -12,12 +12,14 @@ from models.arm import Arm as ModelArm
 from models.arrays import Bools, Floats
 from models.dh import DhRow, robot_from_dh
 from models.errors import UnknownRobot
+from models.linear_limits import LinearLimits
 from models.nominal import posture_form
 from models.pose import rotation_from_rpy
 from models.posture import ELBOW, SHOULDER, WRIST
 from models.posture import Posture as ModelPosture
 from models.reference import mid_range
 from models.robot import Robot
+from service.convert_linear_limits import linear_limits_of
 from service.convert_pose import check_radians, pose_of
 from service.issues import Issues
 from service.schemas.arm import Arm, Base, DhTable, Posture
@@ -50,6 +52,7 @@ def arm_of(arm: Arm, pointer: str, robots: Mapping[str, Robot], issues: Issues) 
     reference = _reference(arm, robot, (lower, upper), pointer, issues)
     weights = _weights(arm, robot, (lower, upper), pointer, issues)
     posture = _posture(arm.posture, robot, pointer, issues)
+    linear_limits = _linear_limits(arm, robot, (lower, upper), pointer, issues)
     if len(issues.found) > before:
         return None
     with issues.at(pointer):
@@ -67,6 +70,7 @@ def arm_of(arm: Arm, pointer: str, robots: Mapping[str, Robot], issues: Issues) 
             min_conditioning=arm.min_conditioning,
             mount=rotation_from_rpy([arm.mount.roll, arm.mount.pitch, 0.0]),
             avoid_singularities=arm.singularities == "avoid",
+            linear_limits=linear_limits,
         )
     return None
 
@@ -139,6 +143,15 @@ def _limits(arm: Arm, robot: Robot, pointer: str, issues: Issues) -> tuple[Float
             )
     pairs = np.array(arm.limits)
     return pairs[:, 0], pairs[:, 1]
+
+
+def _linear_limits(
+    arm: Arm, robot: Robot, limits: tuple[Floats, Floats], pointer: str, issues: Issues
+) -> LinearLimits | None:
+    """The limits between joints in force; None where there are none."""
+    if arm.linear_limits is None:
+        return robot.linear_limits
+    return linear_limits_of(arm.linear_limits, robot, limits, f"{pointer}/linear_limits", issues)
 
 
 def _reference(arm: Arm, robot: Robot, limits: tuple[Floats, Floats], pointer: str, issues: Issues) -> Floats:

@@ -98,6 +98,7 @@ def _placement(placement: Placement) -> dict[str, Any]:
         "joints": placement.joints.tolist(),
         "minimum_margin": finite(placement.minimum_margin),
         "joint_margins": _numbers(placement.joint_margins),
+        "linear_margins": [{"name": name, "margin": margin} for name, margin in placement.linear_margins],
         "minimum_conditioning": finite(placement.minimum_conditioning),
         "characteristic_length": finite(placement.characteristic_length),
         "singularity_distances": {name: finite(value) for name, value in placement.singularity_distances.items()},

@@ -15,11 +15,12 @@ import numpy as np
 from models.arrays import Floats, Ints
 from models.posture import ALL_SIGNS
 from optimizer.certificate.alone import AloneCheck
-from optimizer.certificate.bounds.box_bounds import PATH, SINGULAR, BoxBounder, BoxBounds
+from optimizer.certificate.bounds.box_bounds import LINEAR, PATH, SINGULAR, BoxBounder, BoxBounds
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.bounds.obstacles import Tally
 from optimizer.certificate.bounds.region import MARGIN, Region, reachable_region
 from optimizer.certificate.exclusion.causes import LIMITS, REACH, SINGULARITY
+from optimizer.certificate.exclusion.causes import LINEAR as OF_SUMS
 from optimizer.certificate.exclusion.exclude import NO_LEVELS, Excluder
 from optimizer.certificate.nodes import Nodes
 from optimizer.coupled.scene import Scene
@@ -206,9 +207,10 @@ def _roots(region: Region, problem: ReducedProblem) -> Boxes:
 
 
 def _codes(found: BoxBounds) -> Ints:
-    """(N,) numbers of the causes that rule boxes out: reach, or else the first joint that does."""
+    """(N,) numbers of the causes that rule boxes out: reach, or else the first joint that does, or else their sums."""
     causes = found.causes
     joint = np.argmax(causes[1:] > 0, axis=0)
     kind = causes[joint + 1, np.arange(causes.shape[1])]
     code: Ints = np.where(kind == SINGULAR, SINGULARITY, LIMITS + joint + np.where(kind == PATH, 6, 0))
+    code = np.where(kind == LINEAR, OF_SUMS, code)
     return np.where(causes[0] > 0, REACH, code)

@@ -11,13 +11,14 @@ from optimizer.certificate.leaves import excluded_shares
 from optimizer.certificate.pairs.pair_tree import PairTree
 from optimizer.layout import Reason
 from optimizer.meant_contact import if_meant
-from optimizer.reasons import explain_proof
+from optimizer.reasons import explain_proof, linear_names
 
 MOST = 3
 """Reasons per arm."""
 KINDS = {
     "reach": "out_of_reach",
     "limit": "joint_limit",
+    "linear": "joint_limit",
     "path": "joint_step",
     "singularity": "singularity",
     "floor": "floor",
@@ -39,11 +40,12 @@ def reasons_of(cell: Cell, proof: CellProof) -> tuple[Reason, ...]:
 def reasons_of_arm(cell: Cell, arm: Arm, part: ArmPart) -> tuple[Reason, ...]:
     """Why an arm has no layout even by itself, largest share first."""
     shares = excluded_shares(part.tree)
-    if all(cause.kind in ("reach", "limit", "path", "singularity") for cause, _ in shares):
+    if all(cause.kind in ("reach", "limit", "path", "singularity", "linear") for cause, _ in shares):
         return explain_proof(cell, arm, part.tree.tally.obstacles())
     reasons = []
     for cause, share in shares[:MOST]:
         joint = None if cause.joint is None else arm.robot.joint_names[cause.joint]
+        joint = linear_names(arm) if cause.kind == "linear" else joint
         detail = (
             f"{arm.name}: proved impossible from every allowed base in any one posture; {_what(cause, joint)} in "
             f"{100.0 * share:.0f} % of all places and postures"
@@ -58,6 +60,7 @@ def _what(cause: Cause, joint: str | None) -> str:
     return {
         "reach": "a pose is out of reach",
         "limit": f"{joint} would have to exceed its limits",
+        "linear": f"{joint} would have to exceed its limits",
         "path": f"{joint} cannot follow within the largest step",
         "singularity": f"the wrist is too near to its singularity at {joint}",
         "floor": "the base would not stand on the allowed floor",

@@ -94,8 +94,9 @@ def choices(cell: Cell, arm: Arm) -> Choice:
 def _reduced(cell: Cell, problem: ReducedProblem) -> Choice:
     """The usable postures; if there is none, the one that breaks least.
 
-    Turns of 2π move no body: the cheapest ones inside the limits are the only ones that need to be looked at. Where an
-    arm may stand in a singularity, more paths than the closed form's go through it.
+    Turns of 2π move no body: the cheapest ones inside the limits are the only ones that need to be looked at, unless
+    linear limits tell turns apart. Where an arm may stand in a singularity, more paths than the closed form's go
+    through it.
     """
     arm = problem.arm
     position, _ = _place(arm)
@@ -109,7 +110,8 @@ def _reduced(cell: Cell, problem: ReducedProblem) -> Choice:
     clean = tuple(one for one in candidates if not one.reasons)
     nearest = int(np.argmin(violation))
     return Choice(
-        clean or (candidates[0] if candidates else _nearest(cell, problem, paths, nearest),), arm.avoid_singularities
+        clean or (candidates[0] if candidates else _nearest(cell, problem, paths, nearest),),
+        arm.avoid_singularities and not arm.turns_matter,
     )
 
 

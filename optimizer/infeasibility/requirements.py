@@ -25,6 +25,7 @@ class Kind(StrEnum):
     STEP = "max_joint_step"
     CONDITIONING = "min_conditioning"
     SINGULARITIES = "singularity rule"
+    LINEAR = "linear limit"
     LIMITS = "limits"
     POSTURE = "posture"
     REGION = "base region"
@@ -35,9 +36,9 @@ class Kind(StrEnum):
     ARM = "arm"
 
 
-OWN = (Kind.STEP, Kind.CONDITIONING, Kind.SINGULARITIES, Kind.LIMITS, Kind.POSTURE, Kind.REGION)
+OWN = (Kind.STEP, Kind.CONDITIONING, Kind.SINGULARITIES, Kind.LINEAR, Kind.LIMITS, Kind.POSTURE, Kind.REGION)
 """What an arm is asked for whatever stands around it."""
-OF_ARMS = (Kind.ARM, Kind.REGION, Kind.POSTURE, Kind.CONDITIONING, Kind.SINGULARITIES, Kind.LIMITS)
+OF_ARMS = (Kind.ARM, Kind.REGION, Kind.POSTURE, Kind.CONDITIONING, Kind.SINGULARITIES, Kind.LINEAR, Kind.LIMITS)
 """What has an index that is that of an arm."""
 
 
@@ -46,7 +47,7 @@ class Requirement:
     """Something that a cell asks for.
 
     Attributes:
-        kind: its sort. index: of the arm, obstacle or coupling. joint: of limits.
+        kind: its sort. index: of the arm, obstacle or coupling. joint: of limits; of linear limits the number.
     """
 
     kind: Kind
@@ -64,6 +65,9 @@ class Requirement:
             case Kind.LIMITS:
                 arm = cell.arms[self.index]
                 return f"limits of {arm.name} / {arm.robot.joint_names[self.joint]}"
+            case Kind.LINEAR:
+                arm = cell.arms[self.index]
+                return f"linear limit of {arm.name} / {arm.bounded_names[arm.dof + self.joint]}"
             case Kind.ARM:
                 return f"arm {cell.arms[self.index].name}"
             case Kind.REGION | Kind.POSTURE | Kind.CONDITIONING | Kind.SINGULARITIES:
@@ -125,6 +129,7 @@ def _requirements(cell: Cell) -> Iterator[Requirement]:
             yield Requirement(Kind.CONDITIONING, a)
         if arm.avoid_singularities and singular_fifth(arm.robot) is not None:
             yield Requirement(Kind.SINGULARITIES, a)
+        yield from (Requirement(Kind.LINEAR, a, k) for k in range(len(arm.bounded_names) - arm.dof))
         yield from (Requirement(Kind.LIMITS, a, int(j)) for j in np.flatnonzero(np.isfinite(arm.upper - arm.lower)))
     asked = around.clearances
     if asked.arm_obstacle is not None or asked.part_obstacle is not None:
@@ -184,6 +189,9 @@ def _relaxed(cell: Cell, index: int, chosen: frozenset[Requirement]) -> Arm:
         arm = replace(arm, min_conditioning=None)
     if Requirement(Kind.SINGULARITIES, index) not in chosen:
         arm = replace(arm, avoid_singularities=False)
+    for k in reversed(range(len(arm.bounded_names) - arm.dof)):
+        if arm.linear_limits is not None and Requirement(Kind.LINEAR, index, k) not in chosen:
+            arm = replace(arm, linear_limits=arm.linear_limits.without(k))
     kept = np.array([Requirement(Kind.LIMITS, index, j) in chosen for j in range(arm.dof)])
     if np.all(kept | np.isinf(arm.upper - arm.lower)):
         return arm

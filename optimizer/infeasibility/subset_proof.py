@@ -15,7 +15,7 @@ import numpy as np
 from models.arrays import Ints
 from models.cell import Cell
 from optimizer.certificate.arm_tree import ArmTree
-from optimizer.certificate.exclusion.causes import BELOW, CONDITIONING, FLOOR, LIMITS, SINGULARITY, YAW, Causes
+from optimizer.certificate.exclusion.causes import BELOW, CONDITIONING, FLOOR, LIMITS, LINEAR, SINGULARITY, YAW, Causes
 from optimizer.certificate.pairs.pair_tree import PairTree
 from optimizer.certificate.proposals import Proposals
 from optimizer.coupled.scene import Scene
@@ -185,15 +185,15 @@ def numbers_of(cell: Cell, arm: int, causes: Causes, requirement: Requirement) -
             return [YAW, *_of_joints(range(JOINTS), (0, WITH_OTHERS))]
         case _ if index != arm:
             return []
-        case Kind.CONDITIONING:
-            return [CONDITIONING]
+        case Kind.CONDITIONING | Kind.LINEAR:
+            return [CONDITIONING if kind is Kind.CONDITIONING else LINEAR]
         case Kind.SINGULARITIES:
             return _of_joints((WITH_OTHERS,), (WITH_OTHERS,))
         case Kind.LIMITS if requirement.joint == 0:
-            return [YAW, *_of_joints((0,), (0,))]
+            return [YAW, LINEAR, *_of_joints((0,), (0,))]
         case Kind.LIMITS:
             joints = sorted({requirement.joint, WITH_OTHERS})
-            return _of_joints(joints, joints)
+            return [LINEAR, *_of_joints(joints, joints)]
         case _:
             return []
 

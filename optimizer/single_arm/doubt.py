@@ -12,7 +12,7 @@ import numpy as np
 from models.arrays import Floats
 from models.cell import Cell
 from models.wrist_singularity import wrist_distance
-from optimizer.measure import joint_margins, largest_step, objective_of
+from optimizer.measure import largest_step, objective_of
 from optimizer.program import ArmPoint
 from optimizer.reduced import ReducedProblem
 
@@ -28,7 +28,7 @@ SAME = 1e-3
 
 def at_limit(cell: Cell, problem: ReducedProblem, best: ArmPoint) -> bool:
     """True if a joint is at its limit or makes the largest step that is allowed."""
-    margin = float(np.min(joint_margins(problem.arm, best.joints)))
+    margin = -float(np.max(problem.arm.limit_excess(best.joints)))
     return margin < ACTIVE or largest_step(cell.task, best.joints) > cell.max_joint_step - ACTIVE
 
 

@@ -47,7 +47,7 @@ class Displaced:
 
     Attributes:
         followed: (N,) True where every arm takes every pose in its posture.
-        margin: (N,) rad, smallest joint margin at the poses.
+        margin: (N,) rad, smallest margin of a joint or of a linear limit at the poses.
         distance: (N,) m, lower bound of what the nearest pair keeps beyond the required distance.
         spare: (N,) m or rad, the least that is left of anything.
     """
@@ -163,7 +163,7 @@ def _arm_path(nominal: Nominal, index: int, errors: Floats) -> ArmPath:
     bases = arm.base_in_world(point.position + different[:, :3], point.yaw + different[:, 3])
     joints, arrived = _followed(nominal, index, different, bases)
     q = joints[:, :m]
-    margin = np.min(np.minimum(q - arm.lower, arm.upper - q), axis=(1, 2))
+    margin = -np.max(arm.limit_excess(q), axis=(1, 2))
     steps = np.abs(np.diff(q, axis=1)[:, nominal.cell.task.joined])
     step = nominal.cell.max_joint_step - np.max(steps, axis=(1, 2), initial=0.0)
     rows = ArmPath(bases, joints, arrived, margin, step, _conditioning(arm, q))

@@ -65,8 +65,8 @@ def _limits(nominal: Nominal, size: Floats) -> _Rows:
     arms, m = nominal.cell.arms, nominal.poses
     spare, slopes = [np.zeros(0)], [np.zeros((0, len(arms), BASE))]
     for a, arm in enumerate(arms):
-        q, moves = nominal.joints[a][:m], nominal.follow[a][:m] * size
-        for side, margin in ((1.0, q - arm.lower), (-1.0, arm.upper - q)):
+        bounded, moves = arm.bounded(nominal.joints[a][:m]), arm.bounded_slopes @ (nominal.follow[a][:m] * size)
+        for side, margin in ((1.0, bounded - arm.bounded_lower), (-1.0, arm.bounded_upper - bounded)):
             limited = np.flatnonzero(np.isfinite(margin[0]))
             worst = np.argmin(margin - np.sum(np.abs(moves), axis=2), axis=0)[limited]
             rows = np.zeros((len(limited), len(arms), BASE))

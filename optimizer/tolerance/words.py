@@ -44,10 +44,10 @@ def _own(displaced: Displaced, i: int, a: int) -> str:
     """What one arm breaks on its own."""
     nominal, arm, path = displaced.nominal, displaced.nominal.cell.arms[a], displaced.paths[a]
     q = path.joints[i, : nominal.poses]
-    margins = np.minimum(q - arm.lower, arm.upper - q)
+    margins = -arm.limit_excess(q)
     if path.margin[i] <= min(path.step[i], path.conditioning[i]):
         pose, joint = (int(x) for x in np.unravel_index(np.argmin(margins), margins.shape))
-        return f"{arm.name} / {arm.robot.joint_names[joint]} reaches its limit at pose {pose}"
+        return f"{arm.name} / {arm.bounded_names[joint]} reaches its limit at pose {pose}"
     if path.step[i] <= path.conditioning[i]:
         steps = np.abs(np.diff(q, axis=0)) * nominal.cell.task.joined[:, None]
         pose, joint = (int(x) for x in np.unravel_index(np.argmax(steps), steps.shape))

@@ -63,7 +63,8 @@ class Way:
 
     Attributes:
         breaks: empty if the arm follows the object between all poses.
-        excesses: the largest excess of each joint over its limits between the poses, for joints that have one.
+        excesses: the largest excess of each joint over its limits between the poses, for joints that have one; and
+            of the sums of linear limits, likewise.
         samples: configurations looked at.
     """
 
@@ -247,21 +248,22 @@ def _turns_in_place(arm: Arm, joints: Floats) -> Bools:
 
 def _note(beyond: dict[int, LimitExcess], arm: Arm, at: _Stretches, joints: Floats) -> None:
     """Keep the largest excess of each joint over its limits."""
-    excess = np.maximum(arm.lower - joints, joints - arm.upper)
+    excess = arm.limit_excess(joints)
     for i in np.flatnonzero(np.max(excess, axis=0, initial=-np.inf) > LIMITS):
         k = int(np.argmax(excess[:, i]))
         amount = float(excess[k, i])
         if int(i) not in beyond or amount > beyond[int(i)].amount:
-            name = arm.robot.joint_names[int(i)]
+            name = arm.bounded_names[int(i)]
             beyond[int(i)] = LimitExcess(arm.name, name, int(at.step[k]), float(at.middle[k]), amount)
 
 
 def _may_leave_limits(arm: Arm, halves: _Stretches, sag: Floats) -> Bools:
-    """(2 I,) True where a joint may leave its limits on a half though it keeps them at both ends."""
-    high, low = np.maximum(halves.before, halves.after), np.minimum(halves.before, halves.after)
-    reach = np.tile(0.5 * sag, (2, 1))  # a parabola's sag, of each half, is a quarter
-    inside = (high <= arm.upper + EXACT) & (low >= arm.lower - EXACT)
-    sure = (high + reach <= arm.upper + EXACT) & (low - reach >= arm.lower - EXACT)
+    """(2 I,) True where a joint, or a sum of them, may leave its limits on a half though it keeps them at both ends."""
+    ends = arm.bounded(halves.before), arm.bounded(halves.after)
+    high, low = np.maximum(*ends), np.minimum(*ends)
+    reach = arm.bounded_sizes(np.tile(0.5 * sag, (2, 1)))  # a parabola's sag, of each half, is a quarter
+    inside = (high <= arm.bounded_upper + EXACT) & (low >= arm.bounded_lower - EXACT)
+    sure = (high + reach <= arm.bounded_upper + EXACT) & (low - reach >= arm.bounded_lower - EXACT)
     unsure: Bools = np.any(inside & ~sure, axis=1)
     return unsure
 

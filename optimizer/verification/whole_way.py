@@ -41,6 +41,6 @@ def check_whole_way(cell: Cell, model: CollisionModel | None, points: Sequence[A
 
 def _at_poses(arm: Arm, point: ArmPoint) -> LimitExcess:
     """The joint nearest to its limits at the poses."""
-    excess = np.maximum(arm.lower - point.joints, point.joints - arm.upper)
+    excess = arm.limit_excess(point.joints)
     k, i = np.unravel_index(int(np.argmax(excess)), excess.shape)
-    return LimitExcess(arm.name, arm.robot.joint_names[int(i)], int(k), 0.0, float(excess[k, i]))
+    return LimitExcess(arm.name, arm.bounded_names[int(i)], int(k), 0.0, float(excess[k, i]))

@@ -90,6 +90,30 @@ class DhTable(Strict):
 Robot = Annotated[Annotated[Label, Tag("@name")] | Annotated[DhTable, Tag("@table")], Discriminator(_name_or_table)]
 
 
+class LinearLimit(Strict):
+    """A limit between joints: lower <= Σ c_j q_j <= upper, as arms with a parallelogram linkage have it."""
+
+    coefficients: list[float] = Field(
+        min_length=1,
+        max_length=MOST_JOINTS,
+        description="c, one per joint from the base to the flange: 0 for joints that have no part in it, else between "
+        "0.01 and 100 on either side of 0.",
+        examples=[[0.0, 1.0, 1.0, 0.0, 0.0, 0.0]],
+    )
+    lower: float = Field(description="rad; joint values count with their turns.", examples=[-1.2])
+    upper: float = Field(description="rad, above lower.", examples=[1.9])
+    name: Label | None = Field(
+        default=None,
+        min_length=1,
+        description="What reasons and margins call it; null: the sum in joint names, such as `joint_2 + joint_3`.",
+        examples=["forearm to the horizontal"],
+    )
+
+
+MOST_LINEAR_LIMITS = 8
+"""Linear limits of one arm."""
+
+
 class Posture(Strict):
     """The branch of the inverse kinematics that is wanted; what is left out or null is free."""
 
@@ -180,6 +204,12 @@ class Arm(Strict):
         max_length=MOST_JOINTS,
         description="Joint limits [lower, upper] in rad, one pair per joint; null: the robot's own.",
         examples=[[[-2.79, 2.79], [-3.22, 0.78], [-0.78, 3.92], [-1.91, 2.96], [-1.74, 1.74], [-4.64, 4.64]]],
+    )
+    linear_limits: list[LinearLimit] | None = Field(
+        default=None,
+        max_length=MOST_LINEAR_LIMITS,
+        description="Limits between joints, kept like those of single joints; null: the robot's own, []: none.",
+        examples=[[{"coefficients": [0.0, 1.0, 1.0, 0.0, 0.0, 0.0], "lower": -1.2, "upper": 1.9}]],
     )
     min_conditioning: float | None = Field(
         default=None,

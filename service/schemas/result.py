@@ -21,6 +21,13 @@ class BasePlacement(Answer):
     pose: Pose = Field(description="The same as a pose of the base frame in the world.")
 
 
+class LinearMargin(Answer):
+    """What a path leaves of a limit between joints."""
+
+    name: str = Field(description="The limit.", examples=["joint_2 + joint_3"])
+    margin: float = Field(description="rad, smallest distance of its sum to either end.", examples=[0.12])
+
+
 class ArmResult(Answer):
     """Where one arm stands and how it moves there."""
 
@@ -45,6 +52,11 @@ class ArmResult(Answer):
     )
     joint_margins: list[float | None] = Field(
         description="The same per joint; null for joints without limits.", examples=[[0.9, 0.5, 1.1, 0.31, 0.6, 2.2]]
+    )
+    linear_margins: list[LinearMargin] | None = Field(
+        default=None,
+        description="The same per limit between joints, in the order of the request.",
+        examples=[[{"name": "joint_2 + joint_3", "margin": 0.12}]],
     )
     minimum_conditioning: float | None = Field(
         description="Smallest σmin/σmax of the Jacobian over the path, its linear rows divided by "
@@ -79,7 +91,7 @@ class Reason(Answer):
         examples=["out_of_reach"],
     )
     poses: list[int] = Field(description="Poses concerned, counted from 0.", examples=[[7, 8, 9]])
-    joint: str | None = Field(description="Joint concerned.", examples=[None])
+    joint: str | None = Field(description="Joint, or limit between joints, concerned.", examples=[None])
     amount: float | None = Field(description="By how much, in unit.", examples=[0.12])
     unit: str = Field(description="m, rad or empty.", examples=["m"])
     detail: str = Field(

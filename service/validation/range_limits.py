@@ -175,6 +175,9 @@ def angles_of(request: LayoutRequest) -> Iterator[tuple[str, list[float]]]:
 def _joint_angles(at: str, arm: Arm) -> Iterator[tuple[str, list[float]]]:
     for joint, pair in enumerate(arm.limits or []):
         yield f"{at}/limits/{joint}", pair
+    for index, limit in enumerate(arm.linear_limits or []):
+        yield f"{at}/linear_limits/{index}/lower", [limit.lower]
+        yield f"{at}/linear_limits/{index}/upper", [limit.upper]
     if arm.reference is not None:
         yield f"{at}/reference", arm.reference
     if isinstance(arm, PlacedArm):

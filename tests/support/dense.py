@@ -18,11 +18,12 @@ from tests.support.cells import Scene
 
 def dense_minima(scene: Scene, model: CollisionModel, steps: int) -> dict[str, float]:
     """Smallest distance of each class over ``steps`` even steps from each pose to the next."""
-    objects, joints = _path(scene, steps)
+    objects, joints = dense_path(scene, steps)
     return _minima(scene, model, objects, joints)
 
 
-def _path(scene: Scene, steps: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
+def dense_path(scene: Scene, steps: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Object poses, and per arm the joints, over ``steps`` even steps from each pose to the next."""
     poses = scene.cell.task.poses
     objects = []
     for start, end in pairwise(poses):

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from models.arrays import Bools, Floats, Ints
+from models.linear_limits import LinearLimits
 from optimizer.certificate.bounds.angles.expansion import Enclosed, Expansion, enclose, expand
 from optimizer.certificate.bounds.angles.joints import SLACK, Kinematics
+from optimizer.certificate.bounds.angles.linear_sums import sums_lost
 from optimizer.certificate.bounds.angles.targets import Targets
 from optimizer.certificate.bounds.angles.twist import twist_cost, twist_of
 from optimizer.certificate.bounds.ball import Ball
@@ -26,9 +28,11 @@ PROBES = 8
 """Poses tried first in tasks of more than three times as many."""
 
 FOUR = list(JOINTS)
-REACH, LIMIT, PATH, SINGULAR = 1, 2, 3, 4
+REACH, LIMIT, PATH, SINGULAR, LINEAR = 1, 2, 3, 4, 5
 """Causes: a pose is out of reach; a joint is outside its limits at a pose; a joint has no continuous path inside; the
-wrist is too near to its singularity at a pose."""
+wrist is too near to its singularity at a pose; a sum of joints is outside its linear limits at a pose."""
+SUMS = 7
+"""The row of causes that linear limits have."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -39,8 +43,9 @@ class BoxBounds:
         lower: (N,) no path with its base in the box costs less; inf where there is none.
         promising: (N, 3) m, the place in the box where the cost is probably smallest.
         expected: (N,) about the cost there.
-        causes: (7, N) what alone rules the box out, by reach (row 0) and by each joint: 0 or one of the causes.
-        poses: (7, N, m) True for the poses concerned.
+        causes: (8, N) what alone rules the box out, by reach (row 0), by each joint, and by sums of joints (row 7): 0
+            or one of the causes.
+        poses: (8, N, m) True for the poses concerned.
     """
 
     lower: Floats
@@ -57,8 +62,8 @@ class BoxBounds:
             lower=np.zeros(n),
             promising=boxes.centre.copy(),
             expected=np.full(n, np.inf),
-            causes=np.zeros((7, n), dtype=np.int64),
-            poses=np.zeros((7, n, poses), dtype=bool),
+            causes=np.zeros((SUMS + 1, n), dtype=np.int64),
+            poses=np.zeros((SUMS + 1, n, poses), dtype=bool),
         )
 
 
@@ -70,12 +75,14 @@ class BoxBounder:
         rules: limits and objective. kinematics: of the arm and the task.
         probe: the same for a few poses of a long task, to rule boxes out cheaply; None for short tasks.
         probed: indices of these poses.
+        linear_limits: of the arm, or None.
     """
 
     rules: Rules
     kinematics: Kinematics
     probe: BoxBounder | None
     probed: Ints
+    linear_limits: LinearLimits | None = None
 
     @staticmethod
     def of(problem: ReducedProblem, checks: bool = False) -> BoxBounder:
@@ -92,7 +99,7 @@ class BoxBounder:
             probe = BoxBounder.of(problem.only(probed), checks)
         targets = Targets.of(problem)
         kinematics = Kinematics.of_checks(targets) if checks else Kinematics.of(targets)
-        return BoxBounder(Rules.of(problem), kinematics, probe, probed)
+        return BoxBounder(Rules.of(problem), kinematics, probe, probed, problem.arm.linear_limits)
 
     def bounds(self, boxes: Boxes, cutoff: float) -> BoxBounds:
         """Bound every box; no more work is spent on a box once its bound has reached ``cutoff``."""
@@ -160,6 +167,10 @@ class BoxBounder:
             costs[i] = np.where(lost, np.inf, rules.weights[i] * np.where(lost, 0.0, cost))
             apart = np.concatenate([part.apart for part in parts], axis=-1)
             self._note(found, rows, i, np.any(lost, axis=-1), outside, apart)
+        if self.linear_limits is not None:
+            outside = sums_lost(self.linear_limits, rules, enclosed.values)
+            costs[:, np.any(outside, axis=1)] = np.inf
+            self._note_sums(found, rows, outside)
         together = together_of(self.kinematics, rules, enclosed, each, np.all(np.isfinite(costs), axis=(0, 2)))
         if together is None:
             singular = self._note_singular(found, rows, wrist_lost(self.kinematics, rules, enclosed))
@@ -217,6 +228,13 @@ class BoxBounder:
         found.causes[6, rows[lost]] = 0
         found.poses[5, rows[lost]] = singular[lost]
         return np.asarray(lost)
+
+    @staticmethod
+    def _note_sums(found: BoxBounds, rows: Ints, outside: Bools) -> None:
+        """Note boxes where some sum of joints (N, m) is outside its limits everywhere."""
+        lost = np.any(outside, axis=1)
+        found.causes[SUMS, rows[lost]] = LINEAR
+        found.poses[SUMS, rows[lost]] = outside[lost]
 
     @staticmethod
     def _note(found: BoxBounds, rows: Ints, joint: int, lost: Bools, outside: Bools, apart: Bools) -> None:

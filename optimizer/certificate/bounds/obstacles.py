@@ -5,18 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from models.arrays import Bools, Floats
-from optimizer.certificate.bounds.box_bounds import LIMIT, PATH, REACH, SINGULAR, BoxBounds
+from optimizer.certificate.bounds.box_bounds import LIMIT, LINEAR, PATH, REACH, SINGULAR, SUMS, BoxBounds
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.bounds.region import Region
 from optimizer.proof import Obstacle
 from optimizer.reduced import ReducedProblem
 
-CONDITIONING = SINGULAR + 1
+CONDITIONING = LINEAR + 1
 _KINDS = {
     REACH: "out_of_reach",
     LIMIT: "joint_limit",
     PATH: "joint_step",
     SINGULAR: "singularity",
+    LINEAR: "linear_limit",
     CONDITIONING: "conditioning",
 }
 
@@ -37,7 +38,12 @@ class Tally:
         for k, causes in enumerate(found.causes):
             for cause in np.unique(causes[causes > 0]):
                 rows = causes == cause
-                self._note(int(cause), k - 1, float(np.sum(shares[rows])), shares[rows] @ found.poses[k, rows])
+                self._note(
+                    int(cause),
+                    -1 if k == SUMS else k - 1,
+                    float(np.sum(shares[rows])),
+                    shares[rows] @ found.poses[k, rows],
+                )
 
     def add_poor(self, boxes: Boxes, poses: Bools) -> None:
         """Count boxes in which the smallest conditioning is not kept at some poses (N, m)."""

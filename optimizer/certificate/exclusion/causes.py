@@ -18,9 +18,9 @@ class Cause:
     """One reason for which boxes are excluded.
 
     Attributes:
-        kind: reach | limit | path | singularity (of the wrist) | floor | obstacle | part | self | conditioning | yaw
-            (no yaw is left: base link, pedestal and footprint together) | below (all parts of the box are excluded,
-            each for its own reason).
+        kind: reach | limit | path | singularity (of the wrist) | linear (limits between joints) | floor | obstacle |
+            part | self | conditioning | yaw (no yaw is left: base link, pedestal and footprint together) | below (all
+            parts of the box are excluded, each for its own reason).
         joint: index, for limits, paths and the singularity. name: of the obstacle, or names of two links.
         body: index of the obstacle's body in the collision model.
     """
@@ -31,9 +31,9 @@ class Cause:
     body: int | None = None
 
 
-NONE, REACH, FLOOR, YAW, CONDITIONING, BELOW, SINGULARITY = 0, 1, 2, 3, 4, 5, 6
+NONE, REACH, FLOOR, YAW, CONDITIONING, BELOW, SINGULARITY, LINEAR = 0, 1, 2, 3, 4, 5, 6, 7
 """Numbers of causes that every arm has; 0 for boxes that are not excluded."""
-LIMITS = 7
+LIMITS = 8
 """Number of the cause that joint 1 is outside of its limits; the other joints follow, then all joints' paths."""
 
 
@@ -64,7 +64,7 @@ class Causes:
         """
         n = robot.dof
         found = [Cause(kind) for kind in ("none", "reach", "floor", "yaw", "conditioning", "below")]
-        found.append(Cause("singularity", 4))
+        found += [Cause("singularity", 4), Cause("linear")]
         found += [Cause("limit", joint) for joint in range(n)] + [Cause("path", joint) for joint in range(n)]
         obstacles: dict[int, int] = {}
         links: dict[tuple[int, int], int] = {}

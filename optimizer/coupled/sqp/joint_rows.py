@@ -46,11 +46,11 @@ def add_joint_rows(rows: RowCollector, scene: Scene, index: int, point: ArmPoint
 
 
 def _add_limits(rows: RowCollector, scene: Scene, index: int, arm: Arm) -> None:
-    """Joints near their limits, at and between the poses."""
-    q = rows.samples.joints[index]
-    for side, margin in ((1.0, q - arm.lower), (-1.0, arm.upper - q)):
+    """Joints near their limits, and sums of joints near linear ones, at and between the poses."""
+    bounded = arm.bounded(rows.samples.joints[index])
+    for side, margin in ((1.0, bounded - arm.bounded_lower), (-1.0, arm.bounded_upper - bounded)):
         k, i = np.nonzero(margin < NEAR)
-        _add(rows, scene, index, k, side * np.eye(arm.dof)[i], margin[k, i])
+        _add(rows, scene, index, k, side * arm.bounded_slopes[i], margin[k, i])
 
 
 def _add_steps(rows: RowCollector, scene: Scene, index: int, point: ArmPoint) -> None:

@@ -77,6 +77,24 @@ def limits(cell: Cell, requirement: Requirement) -> Remedy:
     return Remedy(change, words, f"/arms/{a}/limits/{joint}", 0.05, 2.0 * pi, radians(0.1), requirement)
 
 
+def linear_limit(cell: Cell, requirement: Requirement) -> Remedy:
+    """A sum of joints with a wider range."""
+    a, row = requirement.index, requirement.joint
+    arm, sums = cell.arms[a], cell.arms[a].linear_limits
+    if sums is None:
+        raise ValueError(f"{arm.name} has no linear limits")
+
+    def change(amount: float) -> Cell:
+        more = amount * (np.arange(len(sums)) == row)
+        wider = replace(sums, lower=sums.lower - more, upper=sums.upper + more)
+        return with_arm(cell, a, replace(arm, linear_limits=wider))
+
+    def words(amount: float) -> str:
+        return f"let {sums.names[row]} of {arm.name} be {degrees(amount):.1f}° more or less"
+
+    return Remedy(change, words, f"/arms/{a}/linear_limits/{row}", 0.05, 2.0 * pi, radians(0.1), requirement)
+
+
 def freed(cell: Cell, requirement: Requirement) -> Remedy:
     """A posture that is not asked for, or singularities that are allowed."""
     a = requirement.index

@@ -17,7 +17,7 @@ from models.kinematics import characteristic_length
 from models.screws import conditioning_of
 from models.shapes import HalfSpace
 from models.surroundings import PairClass
-from optimizer.infeasibility.changes.arms import freed, limits, turned_or_raised, wider_region, with_arm
+from optimizer.infeasibility.changes.arms import freed, limits, linear_limit, turned_or_raised, wider_region, with_arm
 from optimizer.infeasibility.changes.obstacles import moved_obstacle
 from optimizer.infeasibility.changes.remedy import FARTHEST, Remedy
 from optimizer.infeasibility.effort import Effort
@@ -29,6 +29,7 @@ PRECISE = 5e-5
 CHEAPEST = (
     Kind.CONDITIONING,
     Kind.STEP,
+    Kind.LINEAR,
     Kind.LIMITS,
     Kind.FLOOR,
     Kind.REGION,
@@ -75,6 +76,8 @@ def _loosened(cell: Cell, requirement: Requirement) -> Iterator[Remedy]:
             yield _step(cell, requirement)
         case Kind.LIMITS:
             yield limits(cell, requirement)
+        case Kind.LINEAR if cell.arms[index].linear_limits is not None:
+            yield linear_limit(cell, requirement)
         case Kind.FLOOR if floor is not None:
             yield from _floors(cell, floor, requirement)
         case Kind.REGION:

@@ -87,9 +87,9 @@ def _of_arm(cell: Cell, a: int, way: PartialPath) -> Iterator[Violation]:
     if form is not None and not arm.posture.admits(path_signs(form, point.joints[way.first : way.last + 1])):
         yield Violation(frozenset({this, Requirement(Kind.POSTURE, a)}))
     q = point.joints[way.first : way.last + 1]
-    for row, joint in np.argwhere(np.maximum(arm.lower - q, q - arm.upper) > EXACT):
+    for row, joint in np.argwhere(arm.limit_excess(q) > EXACT):
         pose = way.first + int(row)
-        yield Violation(frozenset({this, Requirement(Kind.LIMITS, a, int(joint))}), pose, pose)
+        yield Violation(frozenset({this, _limit(arm, a, int(joint))}), pose, pose)
     joined = cell.task.joined[way.first : way.last]
     for row in np.flatnonzero(joined & np.any(np.abs(np.diff(q, axis=0)) > cell.max_joint_step + EXACT, axis=1)):
         pose = way.first + int(row)
@@ -100,6 +100,13 @@ def _of_arm(cell: Cell, a: int, way: PartialPath) -> Iterator[Violation]:
     for row in np.flatnonzero(_ill_conditioned(arm, q)):
         pose = way.first + int(row)
         yield Violation(frozenset({this, Requirement(Kind.CONDITIONING, a)}), pose, pose)
+
+
+def _limit(arm: Arm, a: int, bounded: int) -> Requirement:
+    """The requirement behind a limit of `Arm.bounded`."""
+    if bounded < arm.dof:
+        return Requirement(Kind.LIMITS, a, bounded)
+    return Requirement(Kind.LINEAR, a, bounded - arm.dof)
 
 
 def _ill_conditioned(arm: Arm, joints: np.ndarray) -> np.ndarray:
@@ -165,8 +172,8 @@ def _poses(samples: Samples, k: int) -> tuple[int, int]:
 
 def _limits(cell: Cell, samples: Samples, arms: Sequence[int]) -> Iterator[Violation]:
     for a, arm, q in zip(arms, cell.arms, samples.joints, strict=True):
-        for k, joint in np.argwhere(np.maximum(arm.lower - q, q - arm.upper) > LIMITS):
-            requirements = frozenset({Requirement(Kind.ARM, a), Requirement(Kind.LIMITS, a, int(joint))})
+        for k, joint in np.argwhere(arm.limit_excess(q) > LIMITS):
+            requirements = frozenset({Requirement(Kind.ARM, a), _limit(arm, a, int(joint))})
             yield Violation(requirements, *_poses(samples, int(k)))
 
 

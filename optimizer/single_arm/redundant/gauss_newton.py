@@ -13,6 +13,7 @@ import numpy as np
 
 from models.arrays import Floats, Ints
 from models.chain_columns import rotation_vectors
+from models.linear_limits import LinearLimits
 from optimizer.single_arm.redundant.conditioning_pull import conditioning_pull
 from optimizer.single_arm.redundant.normal_equations import backwards, bounded_step, factorised, forwards
 from optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, seen_from_bases
@@ -125,6 +126,8 @@ def _linearise(problem: UnreducedProblem, joints: Floats, bases: Floats, how: It
     metric = problem.metric[:, None] + springs * (beyond != 0.0)
     force = weights * off + springs * beyond
     cost = np.sum(weights * off * off + springs * beyond * beyond, axis=0)
+    if problem.arm.linear_limits is not None:
+        force, metric, cost = _with_sums(problem.arm.linear_limits, q, springs, force, metric, cost)
     if how.steps:
         force, metric, cost = _with_steps(problem, joints, springs, force, metric, cost)
     return _Linearised(
@@ -136,6 +139,22 @@ def _linearise(problem: UnreducedProblem, joints: Floats, bases: Floats, how: It
         cost=cost.reshape(m, count),
         missing=np.max(np.abs(error), axis=0).reshape(m, count),
     )
+
+
+def _with_sums(
+    limits: LinearLimits, q: Floats, springs: Floats, force: Floats, metric: Floats, cost: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Forces (n, N), metric (n, N) and cost (N,) with springs on sums of joints beyond their linear limits.
+
+    A spring on a sum links its joints; the metric has only a diagonal, which for every joint takes the others' part as
+    well: so joints that move at once do not overshoot.
+    """
+    sums, matrix = limits.matrix @ q, limits.matrix
+    beyond = np.maximum(sums - limits.upper[:, None], 0.0) - np.maximum(limits.lower[:, None] - sums, 0.0)
+    linked = np.abs(matrix) * np.sum(np.abs(matrix), axis=1, keepdims=True)
+    force = force + springs * (matrix.T @ beyond)
+    metric = metric + springs * (linked.T @ (beyond != 0.0))
+    return force, metric, cost + springs * np.sum(beyond * beyond, axis=0)
 
 
 def _with_steps(

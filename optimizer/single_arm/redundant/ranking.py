@@ -9,6 +9,7 @@ import numpy as np
 from models.arm import TURN
 from models.arrays import Bools, Floats, Ints
 from models.chain_columns import rotation_vectors
+from optimizer.single_arm.linear_sums import keep_sums, sum_excess
 from optimizer.single_arm.redundant.conditioning_pull import conditioning_values
 from optimizer.single_arm.redundant.parameters import UnreducedParameters
 from optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, seen_from_bases
@@ -67,7 +68,7 @@ def figures(problem: UnreducedProblem, seeds: Seeds, conditioning: float = 0.0) 
         lack = np.maximum(conditioning - np.min(values, axis=0), 0.0)
     return Figures(
         cost=cost,
-        over=np.maximum(np.max(over, axis=0), 0.0),
+        over=np.maximum(np.maximum(np.max(over, axis=0), sum_excess(problem.arm, np.moveaxis(q, 1, -1))), 0.0),
         step=np.max(steps, axis=(0, 1), initial=0.0),
         error=np.max(error.reshape(m, count), axis=0),
         lack=lack,
@@ -88,6 +89,7 @@ def lifted(problem: UnreducedProblem, seeds: Seeds) -> Seeds:
         turns = np.round((reference - mean) / TURN)
         central = np.round((0.5 * (low + high) - 0.5 * (least + most)) / TURN)
         part += TURN * np.where(first <= last, np.clip(turns, first, last), central)[:, None]
+    keep_sums(problem.arm, np.moveaxis(joints, 1, -1), problem.starts, free_yaw=False)
     return Seeds(joints, seeds.bases)
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from models.arm import TURN
 from models.arrays import Bools, Floats, Ints
 from models.chain_columns import rotation_vectors
+from optimizer.single_arm.linear_sums import sum_excess
 from optimizer.single_arm.redundant.conditioning_pull import conditioning_values
 from optimizer.single_arm.redundant.draws import drawn_postures, fit_to_bases
 from optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
@@ -118,6 +119,7 @@ def _node_costs(problem: UnreducedProblem, joints: Floats, base: Floats) -> Floa
     off = flat - problem.reference_column
     low, high = problem.lower[:, None], problem.upper[:, None]
     over = np.sum(np.maximum(np.maximum(low - flat, flat - high), 0.0), axis=0)
+    over += sum_excess(problem.arm, flat[..., None])
     weights = np.repeat(problem.weights, count)
     costs = weights * (problem.joint_weights @ (off * off)) + OVER_PRICE * over
     costs += np.where(error > MISSED, MISSED_PRICE, ERROR_PRICE * error)

@@ -212,8 +212,7 @@ def _count(reached: list[float]) -> int:
 
 def _as_it_is(cell: Cell, problem: UnreducedProblem, seed: Seeds) -> list[Optimum]:
     """A candidate that a local solve failed from, if it is usable itself: brought exactly onto the task, no more."""
-    narrow = replace(problem, lower=problem.lower + INSIDE, upper=problem.upper - INSIDE)
-    exact = on_task(narrow, seed)
+    exact = on_task(problem.narrowed(INSIDE), seed)
     points = [problem.point(exact.joints[:, :, k], base) for k, base in enumerate(exact.bases)]
     usable = [point for point in points if check(cell, problem.arm, point).usable]
     return [(objective_of(cell.task, problem.arm, point.joints), point) for point in usable]

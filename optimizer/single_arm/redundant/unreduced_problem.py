@@ -112,6 +112,12 @@ class UnreducedProblem:
             self, rotations=self.rotations[poses], positions=self.positions[poses], weights=weights, starts=starts
         )
 
+    def narrowed(self, amount: float) -> UnreducedProblem:
+        """The same with all limits of joints, and of sums of joints, narrower by ``amount`` [rad] at either end."""
+        sums = self.arm.linear_limits
+        arm = self.arm if sums is None else replace(self.arm, linear_limits=sums.narrowed(amount))
+        return replace(self, arm=arm, lower=self.lower + amount, upper=self.upper - amount)
+
     def moved(self, rotations: Floats, positions: Floats) -> UnreducedProblem:
         """The same with other targets for its poses."""
         return replace(self, rotations=rotations, positions=positions)

@@ -58,7 +58,7 @@ def varied_paths(
         parameters: of the stages.
     """
     problem = unreduced_problem(cell, arm, box)
-    narrow = replace(problem, lower=problem.lower + INSIDE, upper=problem.upper - INSIDE)
+    narrow = problem.narrowed(INSIDE)
     found = [_where_they_stand(narrow, parameters, seed)]
     own = staged(narrow, parameters, seed)
     if own is not None:

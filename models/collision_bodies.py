@@ -12,8 +12,9 @@ import numpy as np
 from models.arm import Arm
 from models.arrays import Bools, Floats, Ints
 from models.bounding import Bounding, bounding
+from models.geometry.floor_level import ends_at, lowest
 from models.grasp_zone import outside_zones
-from models.mounting import DEPTH, face_depth, lowest
+from models.mounting import DEPTH, face_depth
 from models.self_pairs import self_pairs
 from models.shapes import Body, HalfSpace
 from models.surroundings import PairClass, Part, Surroundings
@@ -168,7 +169,10 @@ def _pairs(
         pairs += [(PairClass.ARM_ARM, i, j) for i in own for j in others]
         holding = [i for i in own if entries[i][1].link == arm.dof]
         pairs += [(PairClass.ARM_PART, i, j) for i in own if i not in holding for j in pieces]
-        pairs += [(PairClass.ARM_OBSTACLE, i, j) for i in own for j in obstacles]
+        floor = _stood_on(surroundings, arm, [(j, entries[j][2]) for j in obstacles])
+        pairs += [
+            (PairClass.ARM_OBSTACLE, i, j) for i in own for j in obstacles if entries[i][1].link != 0 or j not in floor
+        ]
         if PairClass.SELF in asked:
             links = [entries[i][1].link or 0 for i in own]
             solid = [bounds[i] for i in own]
@@ -183,6 +187,13 @@ def _pairs(
             pairs += [(PairClass.SELF, own[i], own[j]) for i, j in kept]
     pairs += [(PairClass.PART_OBSTACLE, i, j) for i in part for j in obstacles]
     return [pair for pair in pairs if pair[0] in asked]
+
+
+def _stood_on(surroundings: Surroundings, arm: Arm, obstacles: list[tuple[int, Body]]) -> set[int]:
+    """Numbers of the obstacles that end at the floor to which an arm's pedestal reaches."""
+    pedestal = surroundings.of(arm.name).pedestal
+    foot = None if pedestal is None else pedestal.foot
+    return set() if foot is None else {number for number, body in obstacles if ends_at(body, foot)}
 
 
 def _arrays(

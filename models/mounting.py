@@ -14,14 +14,13 @@ import numpy as np
 
 from models.arm import Arm
 from models.arrays import Bools, Floats, Ints
+from models.geometry.floor_level import ABOVE, lowest
 from models.kept import KEPT
 from models.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
 from models.surroundings import Surroundings
 
 DEPTH = 0.02
 """m below the mounting face within which the carrying surface is looked for: plates, feet, levelling screws."""
-ABOVE = 1e-3
-"""m above the mounting face where the ray starts: heights are often rounded to a millimetre."""
 FLUSH = 1e-6
 """m; surfaces met at the same depth are one surface."""
 _PARALLEL = 1e-12
@@ -37,25 +36,6 @@ def face_depth(surroundings: Surroundings, arm: Arm) -> float:
         return -min(lowest(body) for body in meshes)
     face = arm.robot.mounting_face
     return 0.0 if face is None else -float(face.pose[2, 3])
-
-
-def lowest(body: Body) -> float:
-    """Smallest z [m] of a bounded body in the frame that its pose is given in."""
-    down = -body.pose[2, :3]  # the way down, in the shape's frame
-    match body.shape:
-        case Box(size=size):
-            reach = float(0.5 * size @ np.abs(down))
-        case Sphere(radius=radius):
-            reach = radius
-        case Capsule(radius=radius, length=length):
-            reach = radius + 0.5 * length * abs(down[2])
-        case Cylinder(radius=radius, length=length):
-            reach = radius * float(np.hypot(down[0], down[1])) + 0.5 * length * abs(down[2])
-        case ConvexHull(points=points):
-            reach = float(np.max(points @ down))
-        case HalfSpace():
-            raise ValueError("a half-space has no lowest point")
-    return float(body.pose[2, 3]) - reach
 
 
 class Mounting:

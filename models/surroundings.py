@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from enum import StrEnum
 
 import numpy as np
@@ -12,6 +12,7 @@ from models.arm import Arm
 from models.arrays import Floats
 from models.errors import InvalidInput
 from models.floor import POINT, Floor, Footprint
+from models.geometry.floor_level import bulges_below
 from models.links import LinkBody, link_bodies
 from models.pose import transform
 from models.ranges import check_between
@@ -54,13 +55,18 @@ class Part:
 class Pedestal:
     """What an arm is bolted onto; it moves with the base and is solid from the base origin downwards.
 
+    One that reaches to the floor is as high as its base stands: what of it is below the floor where a base is lower
+    than the highest is thought of as solid too, and nothing that ends at the floor counts against it or its base link.
+
     Attributes:
-        height: m, along the base's z axis.
+        height: m, along the base's z axis; of one that reaches to the floor the largest.
         footprint: of the pedestal, the same at every height.
+        foot: z [m] of the floor that it reaches to, wherever the base stands; None where its height is what it is.
     """
 
     height: float
     footprint: Footprint
+    foot: float | None = None
 
     def __post_init__(self) -> None:
         check_between("the height of a pedestal", self.height, (SMALLEST, LARGEST), "/height")
@@ -70,6 +76,10 @@ class Pedestal:
             _ = self.body  # whether it can be built is seen here and not in the middle of a search
         except InvalidInput as error:
             raise InvalidInput(f"the footprint of a pedestal cannot be used: {error.detail}", "/footprint") from error
+
+    def under(self, z: float) -> Pedestal:
+        """The pedestal as it is under a base at z [m]."""
+        return self if self.foot is None else replace(self, height=z - self.foot)
 
     @property
     def body(self) -> Body:
@@ -168,6 +178,23 @@ class Surroundings:
                 raise InvalidInput(f"two obstacles are called {obstacle.name!r}.", f"/obstacles/{index}/name")
             seen.add(obstacle.name)
         object.__setattr__(self, "equipment", dict(self.equipment))
+        for pedestal in (brings.pedestal for brings in self.equipment.values()):
+            if pedestal is not None and pedestal.foot is not None:
+                self._check_floor(pedestal.foot)
+
+    def _check_floor(self, level: float) -> None:
+        """Refuse obstacles that would be hit below a floor but not above it, for a pedestal that reaches to it.
+
+        Raises:
+            InvalidInput: pointer ``/obstacles``.
+        """
+        for obstacle in self.obstacles:
+            if bulges_below(obstacle, level):
+                raise InvalidInput(
+                    f"{obstacle.name!r} goes through z = {level:g} m, where a pedestal stands, and is wider below: "
+                    "cut it there, or describe it by a box that stands upright.",
+                    "/obstacles",
+                )
 
     def of(self, arm: str) -> Equipment:
         """What an arm brings along."""

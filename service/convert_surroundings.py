@@ -22,6 +22,8 @@ from service.schemas.request import LayoutRequest
 from service.schemas.surroundings import Clearance, Floor, Part, Pedestal
 from service.validation.range_limits import as_list
 
+SAME_HEIGHT = 1e-3
+"""m by which a pedestal and its base may differ in height: people round to millimetres."""
 CONTACT_FORBIDDEN = Clearances(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -51,7 +53,9 @@ def surroundings_of(
         for arm in request.arms:
             links = None if arm.robot_key is None else library.links(arm.robot_key)
             equipment[arm.name] = replace(equipment[arm.name], links=links)
-    return Surroundings(obstacles, part, floor, clearances_of(request), equipment)
+    with issues.at(""):
+        return Surroundings(obstacles, part, floor, clearances_of(request), equipment)
+    return None
 
 
 def clearances_of(request: LayoutRequest) -> Clearances:
@@ -113,21 +117,47 @@ def _equipment(arm: Arm, flange: Floats, pointer: str, meshes: MeshSource, issue
 
 def _pedestal(arm: Arm, pedestal: Pedestal, pointer: str, issues: Issues) -> ModelPedestal | None:
     footprint = footprint_of(pedestal.footprint, f"{pointer}/footprint", issues)
-    height = pedestal.height if pedestal.height is not None else _height_of_base(arm, f"{pointer}/height", issues)
+    found = _upright(arm, pedestal, pointer, issues) if arm.mount == FLOOR_MOUNT else _tilted(pedestal, pointer, issues)
     with issues.at(pointer):
-        return None if footprint is None or height is None else ModelPedestal(height, footprint)
+        return None if footprint is None or found is None else ModelPedestal(found[0], footprint, found[1])
     return None
 
 
-def _height_of_base(arm: Arm, pointer: str, issues: Issues) -> float | None:
-    """m, of a pedestal from the floor to the base, or None if that is no number."""
+def _tilted(pedestal: Pedestal, pointer: str, issues: Issues) -> tuple[float, None] | None:
+    """Height [m] of a pedestal that stands out from a wall, a ceiling or a slope: there it needs one."""
+    if pedestal.foot is not None:
+        issues.add(f"{pointer}/foot", "The base hangs or leans, so its pedestal has no foot on a floor. Leave it out.")
+    elif pedestal.height is None:
+        issues.add(f"{pointer}/height", "The base hangs or leans, so the height of its pedestal is not known. Send it.")
+    else:
+        return pedestal.height, None
+    return None
+
+
+def _upright(arm: Arm, pedestal: Pedestal, pointer: str, issues: Issues) -> tuple[float, float | None] | None:
+    """Height and foot [m] of a pedestal on a floor; the foot is None where a height is given, which then has to fit."""
+    foot = 0.0 if pedestal.foot is None else pedestal.foot
     low, high = min(as_list(arm.base.z)), max(as_list(arm.base.z))
-    if low == high > 0.0 and arm.mount == FLOOR_MOUNT:
-        return high
-    where = "hangs or leans" if arm.mount != FLOOR_MOUNT else f"has a z of {low:g} to {high:g} m" if low < high else ""
-    issues.add(
-        pointer,
-        f"Without a height the pedestal is as high as the base, which {where or f'stands at z = {high:g} m'}. "
-        "Fix z above 0, or send a height.",
-    )
+    if pedestal.height is None:
+        if low > foot:
+            return high - foot, foot
+        where = f"stands at z = {low:g} m" if low == high else f"may stand as low as z = {low:g} m"
+        advice = f"Keep z above {foot:g} m, send the foot if it stands lower, or leave the pedestal out."
+        detail = f"The pedestal reaches from z = {foot:g} m to the base, which {where}. {advice}"
+        issues.add(f"{pointer}/height", detail)
+        return None
+    top = foot + pedestal.height
+    if low == high and abs(low - top) <= SAME_HEIGHT:
+        return pedestal.height, None
+    where = f"stands at z = {low:g} m" if low == high else f"may stand at z = {low:g} to {high:g} m"
+    detail = f"A pedestal of {pedestal.height:g} m that stands at z = {foot:g} m ends at {top:g} m; the base {where}. "
+    if low - SAME_HEIGHT <= foot + pedestal.height / 1e3 <= high + SAME_HEIGHT:
+        detail += f"Did you mean {pedestal.height / 1e3:g} m ({pedestal.height:g} mm)?"
+    elif low < high and low - SAME_HEIGHT <= top <= high + SAME_HEIGHT:
+        detail += f"Fix z at {top:g} m, or leave the height out: the pedestal then is as high as the base stands."
+    elif low == high and low > pedestal.height:
+        detail += f"Leave the height out, or send what it stands on: a foot of {low - pedestal.height:g} m."
+    else:
+        detail += "Leave the height out: the pedestal then is as high as the base stands."
+    issues.add(f"{pointer}/height", detail)
     return None

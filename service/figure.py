@@ -158,7 +158,7 @@ def _draw_arm(axes: Axes, cell: Cell, arm: Arm, placed: Mapping[str, Any], colou
     _draw_reach(axes, cell, arm, base_in_world, colour)
     pedestal = cell.surroundings.of(arm.name).pedestal
     if pedestal is not None:
-        draw_bodies(axes, [pedestal.body], base_in_world, colour, alpha=0.3, zorder=3)
+        draw_bodies(axes, [pedestal.under(float(position[2])).body], base_in_world, colour, alpha=0.3, zorder=3)
     _draw_base(axes, base_in_world, colour)
     _draw_numbers(axes, cell, arm, base_in_world, yaw, colour)
 

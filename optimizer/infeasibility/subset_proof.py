@@ -61,6 +61,7 @@ class SubsetProof:
             self._inherit(before)
 
     def _planted(self, index: int) -> ArmTree:
+        check_stop()
         problem = reduced_problem(self.cell, self.cell.arms[index])
         if problem is None:
             raise ValueError(f"{self.cell.arms[index].name} has no reduced problem")

@@ -19,7 +19,6 @@ from optimizer.verification.way import follow_way
 from optimizer.verification.words import between
 from service.issues import MOST_SHOWN, Issue
 from service.requests.body_warnings import FAR, body_warnings, region_warnings
-from service.schemas.arm import FLOOR_MOUNT
 from service.schemas.request import LayoutRequest
 from service.validation.range_limits import angles_of, lengths_of
 
@@ -44,7 +43,7 @@ def warnings_of(request: LayoutRequest, cell: Cell, layout: Layout) -> list[Issu
         found += _hand(f"/arms/{index}", asked.tool.position, asked.grasp.position)
         found += _flange(f"/arms/{index}", asked.flange, arm)
         found += _overshoots(f"/arms/{index}/limits", cell, arm, layout)
-    return [*found, *_pedestals(request, layout), *_same_place(request, layout)][:MOST_SHOWN]
+    return [*found, *_same_place(request, layout)][:MOST_SHOWN]
 
 
 def _lengths(request: LayoutRequest) -> Iterator[Issue]:
@@ -107,21 +106,6 @@ def _flange(pointer: str, name: str | None, arm: ModelArm) -> Iterator[Issue]:
             f"{what}: that is [{out[0]:g}, {out[1]:g}, {out[2]:g}] there. A tool made for another robot is turned here."
         )
         yield Issue(f"{pointer}/robot" if name is None else f"{pointer}/flange", detail)
-
-
-def _pedestals(request: LayoutRequest, layout: Layout) -> Iterator[Issue]:
-    """Bases that were free in height, and pedestals that were not."""
-    found = {placement.arm: float(placement.position[2]) for placement in layout.placements}
-    for index, arm in enumerate(request.arms):
-        height = None if arm.pedestal is None else arm.pedestal.height
-        z = found.get(arm.name)
-        free = isinstance(arm.base.z, list) and arm.base.z[0] < arm.base.z[1]
-        if height is not None and z is not None and free and arm.mount == FLOOR_MOUNT and abs(z - height) > SAME_PLACE:
-            detail = (
-                f"The base stands at z = {z:.4g} m and its pedestal is {height:g} m high: its foot is at "
-                f"{z - height:.4g} m. Fix z at what the pedestal stands on plus its height, or leave the height out."
-            )
-            yield Issue(f"/arms/{index}/pedestal/height", detail)
 
 
 def _same_place(request: LayoutRequest, layout: Layout) -> Iterator[Issue]:

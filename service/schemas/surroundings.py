@@ -81,8 +81,15 @@ class Pedestal(Strict):
 
     height: Positive | None = Field(
         default=None,
-        description="m; null: as high as the base, which stands at a fixed z above a floor at z = 0.",
+        description="m; null: from `foot` up to the base, as high as that stands. A height that does not fit a fixed "
+        "z, or that is given where z is free, is refused. Bases that hang or lean need one.",
         examples=[0.6],
+    )
+    foot: float | None = Field(
+        default=None,
+        description="m, z of what it stands on; null: 0. Without a height what ends there does not count against the "
+        "pedestal and the base link, and nothing may pass below it.",
+        examples=[0.0],
     )
     footprint: Footprint = Field(
         description="The same at every height: exactly one of size, radius, polygon.", examples=[{"size": [0.4, 0.4]}]

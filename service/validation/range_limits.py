@@ -124,6 +124,8 @@ def lengths_of(request: LayoutRequest) -> Iterator[tuple[str, list[float]]]:
         yield f"{at}/grasp/position", arm.grasp.position
         for name in ("x", "y", "z"):
             yield f"{at}/base/{name}", as_list(getattr(arm.base, name))
+        if arm.pedestal is not None and arm.pedestal.foot is not None:
+            yield f"{at}/pedestal/foot", [arm.pedestal.foot]
     yield from _lengths_of_floor_and_couplings(request)
 
 

@@ -11,8 +11,9 @@ from bench.dense_mounting import carriers as judged_carriers
 from bench.dense_shapes import coal_shape
 from models.collision import CollisionModel
 from models.floor import Footprint
+from models.geometry.floor_level import ABOVE, lowest
 from models.links import LinkBody
-from models.mounting import ABOVE, DEPTH, Mounting, face_depth, lowest
+from models.mounting import DEPTH, Mounting, face_depth
 from models.pose import rotation_x, transform
 from models.shapes import Body, Box, Capsule, Cylinder, HalfSpace
 from models.surroundings import Clearances, Equipment, Pedestal, Surroundings

@@ -104,11 +104,11 @@ def test_a_part_with_its_grasp_zone(example: Document) -> None:
 
 def test_what_an_arm_brings_along(example: Document) -> None:
     example["arms"][0] |= {
-        "pedestal": {"height": 0.6, "footprint": {"size": [0.4, 0.2]}},
+        "pedestal": {"height": 0.6, "foot": -0.6, "footprint": {"size": [0.4, 0.2]}},
         "tool_shapes": [{"pose": AT, "shape": {"type": "sphere", "radius": 0.1}}],
     }
     example["arms"][1] |= {
-        "pedestal": {"height": 0.5, "footprint": {"radius": 0.3}},
+        "pedestal": {"height": 0.5, "foot": -0.5, "footprint": {"radius": 0.3}},
         "footprint": {"polygon": [[-0.2, -0.2], [0.3, 0.0], [-0.2, 0.2]]},
     }
     around = cell(example).surroundings
@@ -194,7 +194,7 @@ def test_contact_is_forbidden_as_soon_as_bodies_are_described(
 
 @pytest.mark.parametrize("field", ["tool_shapes", "pedestal"])
 def test_a_tool_or_a_pedestal_is_a_body_too(example: Document, field: str) -> None:
-    described = {"tool_shapes": [{"shape": BOX}], "pedestal": {"height": 1.0, "footprint": {"radius": 0.2}}}
+    described = {"tool_shapes": [{"shape": BOX}], "pedestal": {"foot": -1.0, "footprint": {"radius": 0.2}}}
     example["arms"][1][field] = described[field]
     assert cell(example).surroundings.clearances == Clearances(arm_arm=0.0, self_collision=0.0)
 
@@ -225,7 +225,7 @@ def test_amounts_are_settings(example: Document) -> None:
         "coupling": [{"type": "same_z", "arms": ["main", "follower"]}] * 2,
     }
     example |= {"obstacles": [{"name": str(i), **solid} for i in range(2)], "part": {"shapes": [solid, solid]}}
-    example["arms"][1] |= {"tool_shapes": [solid, solid], "pedestal": {"height": 1, "footprint": {"polygon": square}}}
+    example["arms"][1] |= {"tool_shapes": [solid, solid], "pedestal": {"foot": -1, "footprint": {"polygon": square}}}
     body = json.dumps(example).encode()
     accept(body, Limits())
     for limits, pointers in (
@@ -251,3 +251,69 @@ def test_an_evaluation_is_a_cell_with_fixed_bases_and_perhaps_joints() -> None:
     first, second = joints_of(request, made)
     assert first is None
     np.testing.assert_array_equal(second, rows)
+
+
+# --- pedestals and the heights of bases -------------------------------------------------------------------------------
+
+PLATE = {"footprint": {"radius": 0.2}}
+
+
+def with_pedestal(example: Document, z: float | list[float], **pedestal: object) -> Document:
+    example["arms"][0] |= {"pedestal": PLATE | pedestal, "base": example["arms"][0]["base"] | {"z": z}}
+    return example
+
+
+@pytest.mark.parametrize(
+    ("z", "given", "height", "foot"),
+    [
+        (0.35, {}, 0.35, 0.0),
+        ([0.2, 0.5], {}, 0.5, 0.0),  # at most
+        ([0.4, 0.5], {"foot": 0.3}, 0.2, 0.3),
+        (0.35, {"height": 0.35}, 0.35, None),
+        (0.35, {"height": 0.3505}, 0.3505, None),  # rounded
+        (0.8, {"height": 0.5, "foot": 0.3}, 0.5, None),
+    ],
+)
+def test_a_pedestal_reaches_from_its_foot_to_the_base(
+    example: Document, z: float | list[float], given: Document, height: float, foot: float | None
+) -> None:
+    pedestal = cell(with_pedestal(example, z, **given)).surroundings.of("main").pedestal
+    assert pedestal.height == pytest.approx(height)
+    assert pedestal.foot == foot
+
+
+@pytest.mark.parametrize(
+    ("z", "given", "mount", "field", "words"),
+    [
+        (0.829, {"height": 0.5}, None, "height", "a foot of 0.329 m"),
+        (0.5, {"height": 0.829}, None, "height", "as high as the base stands"),
+        (0.5, {"height": 500}, None, "height", "Did you mean 0.5 m (500 mm)?"),
+        ([0.1, 0.9], {"height": 0.5}, None, "height", "Fix z at 0.5 m"),
+        ([0.6, 0.9], {"height": 0.5}, None, "height", "may stand at z = 0.6 to 0.9 m"),
+        ([0.0, 0.9], {}, None, "height", "as low as z = 0 m"),
+        (0.3, {"foot": 0.3}, None, "height", "stands at z = 0.3 m"),
+        (2.0, {}, {"roll": pi}, "height", "hangs or leans"),
+        (2.0, {"height": 0.3, "foot": 1.0}, {"roll": pi}, "foot", "hangs or leans"),
+    ],
+)
+def test_a_pedestal_that_does_not_fit_its_base_is_refused_with_what_would(
+    example: Document, z: float | list[float], given: Document, mount: Document | None, field: str, words: str
+) -> None:
+    document = with_pedestal(example, z, **given)
+    if mount is not None:
+        document["arms"][0]["mount"] = mount
+    with pytest.raises(InvalidRequest) as refused:
+        cell(document)
+    (issue,) = refused.value.issues
+    assert issue.pointer == f"/arms/0/pedestal/{field}"
+    assert words in issue.detail
+
+
+def test_an_obstacle_that_is_wider_below_the_foot_is_refused(example: Document) -> None:
+    ball = {"name": "ball", "pose": {"position": [3.0, 3.0, -0.2], "orientation": {"rpy": [0, 0, 0]}}}
+    document = with_pedestal(example, [0.2, 0.5]) | {"obstacles": [ball | {"shape": {"type": "sphere", "radius": 0.5}}]}
+    with pytest.raises(InvalidRequest) as refused:
+        cell(document)
+    (issue,) = refused.value.issues
+    assert issue.pointer == "/obstacles"
+    assert "'ball' goes through z = 0 m" in issue.detail

@@ -11,6 +11,7 @@ from fastapi.testclient import TestClient
 
 from service.requests.accept import hash_of
 from service.schemas.evaluate import EVALUATE_EXAMPLE
+from service.schemas.request import EXAMPLE
 from service.workers.executor import SolveFailed
 
 Document = dict[str, Any]
@@ -44,6 +45,36 @@ def test_a_layout_that_was_asked_for_evaluates_to_itself(live: TestClient, examp
             mine = result["clearances"][kind]
             assert (mine is None) == (theirs is None)
             assert mine is None or mine["distance"] == pytest.approx(theirs["distance"], abs=1e-6)
+
+
+def test_a_pedestal_as_high_as_the_base_that_was_found_evaluates_to_the_same(live: TestClient) -> None:
+    """Nothing that ends at the floor counts against it, at whatever distance it would have to be kept."""
+    request = copy.deepcopy(EXAMPLE) | {
+        "obstacles": [
+            {"name": "floor", "pose": at(-0.4), "shape": {"type": "half_space"}},
+            {"name": "plate", "pose": at(-0.41), "shape": {"type": "box", "size": [9.0, 9.0, 0.02]}},
+        ],
+        "clearance": {"arm_obstacle": 0.02},
+    }
+    request["task"]["line"]["count"] = 4
+    request["arms"] = request["arms"][:1]
+    request["arms"][0] |= {"pedestal": {"foot": -0.4, "footprint": {"radius": 0.1}}}
+    request["arms"][0]["base"]["z"] = [-0.3, 0.1]
+    solved = live.post("/v1/layouts", json=request, headers=WAIT).json()["result"]
+    assert solved["outcome"] in ("optimal", "feasible"), solved["reasons"]
+    (found,) = solved["arms"]
+    x, y, z = found["base"]["position"]
+    assert -0.3 <= z <= 0.1
+    request["arms"][0]["base"] = {"x": x, "y": y, "z": z, "yaw": found["base"]["yaw"]}
+    del request["arms"][0]["pedestal"]["foot"]
+    short = live.post("/v1/layouts/evaluate", json=request)
+    assert short.status_code == (200 if z > 0.0 else 422)
+    request["arms"][0]["pedestal"]["foot"] = -0.4
+    result = live.post("/v1/layouts/evaluate", json=request).json()["result"]
+    assert result["outcome"] == "feasible", result["reasons"]
+    assert result["objective"] == pytest.approx(solved["objective"], rel=1e-9)
+    distances = [one["clearances"]["arm_obstacle"]["distance"] for one in (result, solved)]
+    assert distances[0] == pytest.approx(distances[1], abs=1e-6)
 
 
 def at(z: float) -> Document:

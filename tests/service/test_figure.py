@@ -215,7 +215,7 @@ def test_obstacles_floor_pedestals_and_part_are_seen_from_above(resource: dict[s
         {"name": "wall", "pose": upright, "shape": {"type": "half_space"}},
     ]
     request["floor"] = {"allowed": [[-3, -3], [3, -3], [3, 3]], "forbidden": [PIT, [[5, 5], [6, 5], [6, 6]]]}
-    request["arms"][0]["pedestal"] = {"height": 0.5, "footprint": {"size": [0.4, 0.3]}}
+    request["arms"][0]["pedestal"] = {"foot": -0.001, "footprint": {"size": [0.4, 0.3]}}
     request["part"] = {"shapes": [{"shape": {"type": "box", "size": [0.2, 0.1, 0.05]}}]}
     axes = drawn(resource)
     assert some_outline(axes, rectangle(0.5, -0.5, (0.3, 0.2), 0.5))

@@ -18,6 +18,7 @@ from optimizer.box import search_box
 from optimizer.layout import Reason
 from optimizer.meant_contact import if_meant
 from optimizer.path_samples import ObjectPath
+from optimizer.watch import check_stop
 
 SHIFT, TURN = 5e-3, radians(1.0)
 """m and rad between the samples of the object's way."""
@@ -41,6 +42,7 @@ def part_hits(cell: Cell) -> tuple[tuple[int, int, int], ...]:
     numbers = {obstacle.name: k for k, obstacle in enumerate(cell.surroundings.obstacles)}
     hits = []
     for k, pair in np.argwhere(model.bounds(places) < required - KEPT):
+        check_stop()
         last = int(step[k]) if at_pose[k] else int(step[k]) + 1
         hit = numbers[model.bodies.names[model.bodies.second[pair]]], int(step[k]), last
         if hit not in hits and model.contact(places, int(k), int(pair)).distance < required - KEPT:

@@ -25,6 +25,7 @@ from optimizer.infeasibility.searched.obstructed import part_hits
 from optimizer.infeasibility.searched.partial_path import PartialPath
 from optimizer.program import ArmPoint
 from optimizer.verify import LIMITS as EXACT
+from optimizer.watch import check_stop
 
 MOST_CONTACTS = 1500
 """Pairs and places that Coal is asked about."""
@@ -191,6 +192,7 @@ def _contacts(scene: Scene, samples: Samples, points: Sequence[ArmPoint], arms: 
         k, pair = (int(i) for i in np.unravel_index(index, spare.shape))
         if not spare[k, pair] < -KEPT:
             break
+        check_stop()
         owners = (b.owners[b.first[pair]], b.owners[b.second[pair]])
         requirements = {requirement for owner in owners for requirement in _requirement_of(owner, arms)}
         kind = b.kinds[pair]

@@ -9,7 +9,6 @@ import pytest
 from optimizer.layout import Layout, Outcome, Search
 from optimizer.optimize import optimize
 from service.convert import cell_of
-from service.issues import InvalidRequest
 from service.requests.warnings import warnings_of
 from service.schemas.request import EXAMPLE, LayoutRequest
 from service.validation import validate
@@ -66,39 +65,6 @@ def test_arms_in_one_place_are_told() -> None:
     layout = made_up_layout(request)
     assert np.array_equal(layout.placements[0].position, layout.placements[1].position)
     assert "main and follower stand in one place" in told(request, layout)["/arms/1/base"]
-
-
-def test_a_pedestal_that_does_not_reach_the_floor_is_told() -> None:
-    plate = {"size": [0.4, 0.4]}
-    base = {"x": 0.0, "y": 0.0, "z": [0.1, 0.5], "yaw": 0.0}
-    request = request_of(base=base, pedestal={"height": 0.25, "footprint": plate})
-    layout = made_up_layout(request)  # every base at z = 0.3
-    assert "its foot is at 0.05 m" in told(request, layout)["/arms/0/pedestal/height"]
-    fixed = request_of(base=base | {"z": 0.3}, pedestal={"height": 0.25, "footprint": plate})
-    assert "/arms/0/pedestal/height" not in told(fixed, layout)  # on a plinth
-
-
-def test_a_pedestal_without_a_height_is_as_high_as_the_base() -> None:
-    request = request_of(base={"x": 0.0, "y": 0.0, "z": 0.35, "yaw": 0.0}, pedestal={"footprint": {"radius": 0.2}})
-    pedestal = cell_of(request).surroundings.of("main").pedestal
-    assert pedestal is not None
-    assert pedestal.height == 0.35
-
-
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [
-        ({"base": {"x": 0.0, "y": 0.0, "z": [0.2, 0.5], "yaw": 0.0}}, "z of 0.2 to 0.5 m"),
-        ({"base": {"x": 0.0, "y": 0.0, "z": 0.0, "yaw": 0.0}}, "stands at z = 0 m"),
-        ({"mount": {"roll": 3.14159, "pitch": 0.0}}, "hangs or leans"),
-    ],
-)
-def test_a_pedestal_is_as_high_as_the_base_where_that_is_a_height(more: Document, words: str) -> None:
-    with pytest.raises(InvalidRequest) as refused:
-        cell_of(request_of(pedestal={"footprint": {"radius": 0.2}}, **more))
-    (issue,) = refused.value.issues
-    assert issue.pointer == "/arms/0/pedestal/height"
-    assert words in issue.detail
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])
@@ -158,7 +124,8 @@ def test_a_hall_is_no_slip() -> None:
 
 def test_a_pedestal_in_millimetres_is_told() -> None:
     base = {"x": 0.0, "y": 0.0, "z": 0.5, "yaw": 0.0}
-    found = told(request_of(base=base, pedestal={"height": 500, "footprint": {"size": [0.4, 0.4]}}))
+    hung = {"roll": 3.14159, "pitch": 0.0}
+    found = told(request_of(base=base, mount=hung, pedestal={"height": 500, "footprint": {"size": [0.4, 0.4]}}))
     assert "mean 0.5 m (500 mm)" in found["/arms/0/pedestal/height"]
 
 

@@ -67,12 +67,12 @@ CASES: dict[str, tuple[Document, str, str]] = {
         "1e-06 and 1000 m",
     ),
     "a pedestal as thin as a hair's hair": (
-        of_arm(pedestal={"height": 0.5, "footprint": {"polygon": [[0, 0], [1, 0], [1, 1e-8]]}}),
+        of_arm(pedestal={"height": 0.5, "foot": -0.5, "footprint": {"polygon": [[0, 0], [1, 0], [1, 1e-8]]}}),
         "/arms/0/pedestal/footprint",
         "thinner than",
     ),
     "a pedestal of a round nanometre": (
-        of_arm(pedestal={"height": 0.5, "footprint": {"radius": 1e-9}}),
+        of_arm(pedestal={"height": 0.5, "foot": -0.5, "footprint": {"radius": 1e-9}}),
         "/arms/0/pedestal/footprint",
         "1e-09",
     ),

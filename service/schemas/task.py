@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field, Tag
 
@@ -88,7 +88,7 @@ Task = Annotated[
     exactly_one_of("poses", "line", "arc"),
 ]
 
-JOBS = [
+JOBS: list[dict[str, Any]] = [
     {"name": "carry", "task": {"line": LINE}},
     {"name": "turn", "task": {"arc": ARC}, "weight": 0.5},
 ]

@@ -36,7 +36,7 @@ def generated(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assert options[-2:] == ["--path", "docs/openapi.json"]
     programs = Path(sys.executable).parent
     environment = os.environ | {"PATH": f"{programs}:{os.environ['PATH']}"}
-    command = [programs / program, *options[:-1], DOCUMENT]
+    command = [str(programs / program), *options[:-1], str(DOCUMENT)]
     made = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
     assert made.returncode == 0, made.stdout + made.stderr
     assert "warning" not in (made.stdout + made.stderr).lower()  # what it could not make anything of, or not tidy

@@ -7,6 +7,7 @@ import shlex
 import subprocess
 import sys
 from argparse import ArgumentParser
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -193,7 +194,7 @@ def _arm(whole: dict[str, Any], part: Any) -> None:
     whole["arms"][0].update(part)
 
 
-SMALLER = {
+SMALLER: dict[str, Callable[[Any, Any], Any]] = {
     "json request": _request,
     "json task": lambda whole, part: whole.update(task=part),
     "json tasks": lambda whole, part: whole.update(task=None, tasks=part),

@@ -6,6 +6,7 @@ import subprocess
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -20,10 +21,11 @@ FULL = 8192
 def limited(server: Server) -> Iterator[tuple[Callable[[], None], Callable[[], None]]]:
     """A disk that is full for the server alone: the kernel refuses to let its files grow."""
     soft, hard = resource.prlimit(server.pid, resource.RLIMIT_FSIZE)
-    yield (
-        lambda: resource.prlimit(server.pid, resource.RLIMIT_FSIZE, (FULL, hard)) and None,
-        lambda: resource.prlimit(server.pid, resource.RLIMIT_FSIZE, (soft, hard)) and None,
-    )
+
+    def let(size: int) -> None:
+        resource.prlimit(server.pid, resource.RLIMIT_FSIZE, (size, hard))
+
+    yield partial(let, FULL), partial(let, soft)
 
 
 def test_a_full_disk(tmp_path: Path) -> None:

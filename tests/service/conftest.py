@@ -126,7 +126,8 @@ def client_with(fake: FakeExecutor, tmp_path: Path) -> Iterator[Callable[..., Te
     clients: list[TestClient] = []
 
     def make(**given: Any) -> TestClient:
-        settings = Settings(**{"data_dir": tmp_path, "drain": 0.0} | given)
+        chosen: dict[str, Any] = {"data_dir": tmp_path, "drain": 0.0} | given
+        settings = Settings(**chosen)
         client = TestClient(create_app(settings, fake), raise_server_exceptions=False)
         client.__enter__()
         clients.append(client)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ def as_sent(turn: Rotation, name: str) -> Any:
     if name == "oat":
         alpha, beta, gamma = turn.as_euler("ZYZ")
         return [alpha + np.pi / 2, np.pi / 2 - beta, gamma]
-    made = {
+    made: dict[str, Callable[[], Any]] = {
         "quaternion": turn.as_quat,
         "matrix": turn.as_matrix,
         "rpy": lambda: turn.as_euler("xyz"),

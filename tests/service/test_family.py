@@ -158,7 +158,7 @@ def test_the_jobs_are_printed_and_drawn(answer: Document) -> None:
     assert any("turn over" in line and "8 to 10" in line for line in lines)
     axes = draw_layout(cell(EXAMPLE), answer).axes[0]
     ways = [line for line in axes.lines if line.get_marker() == "o" and line.get_linewidth() == 1.0]
-    assert [len(line.get_xdata()) for line in ways] == [8, 3]
+    assert [len(np.asarray(line.get_xdata())) for line in ways] == [8, 3]
     assert {"0", "7", "8", "10"} <= {text.get_text() for text in axes.texts}
     labels = [str(line.get_label()) for line in axes.lines]
     assert sum(label.startswith("left: ") for label in labels) == 1

@@ -202,7 +202,8 @@ def some_outline(axes: Axes, corners: Any) -> bool:
 def rectangle(x: float, y: float, half: tuple[float, float], angle: float) -> np.ndarray:
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    return corners @ turn.T + [x, y]
+    placed: np.ndarray = corners @ turn.T + [x, y]
+    return placed
 
 
 def test_obstacles_floor_pedestals_and_part_are_seen_from_above(resource: dict[str, Any]) -> None:
@@ -226,7 +227,10 @@ def test_obstacles_floor_pedestals_and_part_are_seen_from_above(resource: dict[s
     assert [labels.count(name) for name in ("obstacles", "allowed floor", "forbidden floor")] == [1, 1, 1]
     assert "table" in texts(axes)
     (wall,) = [line for line in axes.lines if isinstance(line, AxLine)]
-    assert wall.get_xy1()[1] == wall.get_xy2()[1] == -0.5
+    first, second = wall.get_xy1(), wall.get_xy2()
+    assert first is not None
+    assert second is not None
+    assert first[1] == second[1] == -0.5
     part = np.array([pose["position"] for pose in request["task"]["poses"]])
     for index in (0, len(part) // 2, len(part) - 1):
         assert any(np.linalg.norm(found.mean(axis=0) - part[index, :2]) < 1e-9 for found in outlines(axes))

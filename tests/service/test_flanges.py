@@ -16,9 +16,9 @@ from models.robot_frames import ISO_9787
 from service.convert import cell_of
 from service.documents import result_document
 from service.issues import InvalidRequest
-from service.schemas.request import LayoutRequest
+from service.schemas.request import EXAMPLE, LayoutRequest
 from service.validation import validate
-from tests.service.conftest import EXAMPLE, made_up_layout
+from tests.service.conftest import made_up_layout
 
 Document = dict[str, Any]
 TOOL = {"position": [0.01, 0.02, 0.15], "orientation": {"rpy": [0.3, -0.2, 0.5]}}

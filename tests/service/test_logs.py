@@ -88,7 +88,7 @@ def test_the_lines_of_a_job_name_it_and_no_request(
 
 @pytest.mark.parametrize("given", ["", "a b", "x" * 65, "\u00e4", "a;b", '{"a": 1}'])
 def test_a_request_without_a_usable_name_gets_one(client: TestClient, given: str) -> None:
-    names = {client.get("/healthz", headers={"X-Request-ID": given.encode()}).headers["x-request-id"] for _ in "ab"}
+    names = {client.get("/healthz", headers={b"X-Request-ID": given.encode()}).headers["x-request-id"] for _ in "ab"}
     assert len(names) == 2
     assert all(re.fullmatch(r"[0-9a-f]{32}", name) for name in names)
 

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 from fastapi.testclient import TestClient
+from pydantic import SecretStr
 from sqlalchemy import text
 
 from bench.chaos.proxy import Proxy, proxied
@@ -36,7 +37,7 @@ def between(postgres_url: str) -> Iterator[tuple[Proxy, str]]:
 def test_a_job_whose_commit_is_not_confirmed_ends_once(between: tuple[Proxy, str], what: str, statement: bytes) -> None:
     proxy, url = between
     fake = FakeExecutor()
-    settings = Settings(workers=1, database_url=url, drain=0.0)
+    settings = Settings(workers=1, database_url=SecretStr(url), drain=0.0)
     with TestClient(create_app(settings, fake), raise_server_exceptions=False) as client:
         if what == "claim":  # queued first
             fake.seconds = 0.5
@@ -60,7 +61,12 @@ def test_a_job_whose_commit_is_not_confirmed_ends_once(between: tuple[Proxy, str
 def first_of(ask: Callable[[], Any]) -> Any:
     """The first answer that is one, of a client that asks again."""
     found: list[Any] = []
-    until(lambda: found.append(ask()) or found[-1])
+
+    def answered() -> bool:
+        found.append(ask())
+        return bool(found[-1])
+
+    until(answered)
     return found[-1]
 
 
@@ -68,7 +74,7 @@ def test_a_cancelling_that_was_not_confirmed_is_one(between: tuple[Proxy, str]) 
     proxy, url = between
     fake = FakeExecutor()
     fake.seconds = 600.0
-    settings = Settings(workers=1, database_url=url, drain=0.0)
+    settings = Settings(workers=1, database_url=SecretStr(url), drain=0.0)
     with TestClient(create_app(settings, fake), raise_server_exceptions=False) as client:
         location = client.post("/v1/layouts", json=line_request(3)).headers["location"]
         until(lambda: fake.running == 1)

@@ -4,6 +4,7 @@ from typing import Any
 
 import pytest
 from fastapi.testclient import TestClient
+from pydantic import SecretStr
 from sqlalchemy import text
 
 from service.app import create_app
@@ -53,7 +54,7 @@ def test_possession_that_was_lost_is_taken_again_unless_somebody_else_has_it(emp
 
 def test_a_service_on_postgresql_lives_through_a_restart_of_the_database(empty: str) -> None:
     fake = FakeExecutor()
-    settings = Settings(workers=1, database_url=empty, drain=0.0)
+    settings = Settings(workers=1, database_url=SecretStr(empty), drain=0.0)
     with TestClient(create_app(settings, fake), raise_server_exceptions=False) as client:
         wait = {"Prefer": "wait=10"}
         first = client.post("/v1/layouts", json=line_request(3, "first"), headers=wait)
@@ -96,6 +97,6 @@ def test_urls_of_databases_that_are_not(given: str) -> None:
 
 
 def test_a_url_is_not_shown_with_its_password() -> None:
-    settings: Any = Settings(database_url="postgresql://somebody:secret@h/d")
+    settings: Any = Settings(database_url=SecretStr("postgresql://somebody:secret@h/d"))
     assert "secret" not in repr(settings)
     assert "secret" in settings.store_url()

@@ -35,12 +35,16 @@ class Difference:
         position: m, of the flange. wrist: m, of the point of the hand in which the other's last axes meet.
         angle: rad, of the hand.
         fifth: rad, of the values of joint 5 at which the wrist is singular.
+        offsets: m, 2 Σ d_i.
+        length: of the lengths by which Jacobians are divided, relative.
     """
 
     position: float = 0.0
     wrist: float = 0.0
     angle: float = 0.0
     fifth: float = 0.0
+    offsets: float = 0.0
+    length: float = 0.0
 
     @property
     def negligible(self) -> bool:
@@ -50,6 +54,12 @@ class Difference:
 
 SAME = Difference()
 """Of an arm from itself."""
+
+
+def offsets_of(true: Chain, drawn: Chain) -> float:
+    """2 Σ d_i [m], d_i the distance of a point of the true axis i from the drawn one."""
+    away = np.cross(drawn.points - true.points, drawn.axes)
+    return 2.0 * float(np.sum(np.linalg.norm(away, axis=1))) * ROUNDED
 
 
 def moved_apart(true: Chain, drawn: Chain, point: Floats) -> tuple[float, float]:

@@ -16,9 +16,9 @@ import numpy as np
 from models.arrays import Floats
 from models.chain import Chain, chain_of
 from models.closed_form import ClosedForm, closed_form
-from models.difference import Difference, moved_apart
+from models.difference import Difference, moved_apart, offsets_of
 from models.kept import KEPT
-from models.kinematics import reach
+from models.kinematics import characteristic_length, reach
 from models.pose import inverse, transform
 from models.robot import Robot
 
@@ -84,7 +84,7 @@ def nominal(robot: Robot) -> Nominal | None:
     form = closed_form(stand_in)
     if form is None or (closed_form(robot) is not None and chain_of(stand_in).vertical_sign == 0):
         return None
-    found = Nominal(stand_in, _difference(chain, drawn, form))
+    found = Nominal(stand_in, _difference(robot, stand_in, drawn, form))
     if usable and (not found.negligible or max(found.position, found.angle) < ROUNDING):
         return None
     return found
@@ -205,8 +205,16 @@ def _robot_of(robot: Robot, chain: Chain) -> Robot:
     )
 
 
-def _difference(true: Chain, drawn: Chain, form: ClosedForm) -> Difference:
-    """Bounds of how far two chains with one flange at zero are apart, the second of which has a closed form."""
+def _difference(robot: Robot, stand_in: Robot, drawn: Chain, form: ClosedForm) -> Difference:
+    """Bounds of how far a robot is from the one that stands for it, with its chain and closed form."""
+    true, lengths = chain_of(robot), (characteristic_length(robot), characteristic_length(stand_in))
     position, angle = moved_apart(true, drawn, np.zeros(3))
     wrist, _ = moved_apart(true, drawn, form.wrist_in_flange)
-    return Difference(position, wrist, angle, abs(_in_one_plane(true, form.wrist_zero) - form.wrist_zero))
+    return Difference(
+        position=position,
+        wrist=wrist,
+        angle=angle,
+        fifth=abs(_in_one_plane(true, form.wrist_zero) - form.wrist_zero),
+        offsets=offsets_of(true, drawn),
+        length=abs(lengths[1] / lengths[0] - 1.0),
+    )

@@ -214,9 +214,9 @@ class BranchAndBound:
             self._branch(most)
 
     def _exclude(self, boxes: Boxes, bounds: Floats) -> None:
-        """Make bounds (N,) infinite where the smallest conditioning is kept nowhere in a box (of this very arm)."""
+        """Make bounds (N,) infinite where the smallest conditioning is kept nowhere in a box."""
         left = np.flatnonzero(bounds < self.cutoff)
-        if self.problem.arm.min_conditioning is None or not len(left) or self.stands_for_another:
+        if self.problem.arm.min_conditioning is None or not len(left):
             return
         poor = poorly_conditioned(self.problem, self.bounder.kinematics, boxes[left])
         lost = np.any(poor, axis=1)

@@ -27,6 +27,8 @@ import numpy as np
 
 from models.arm import Arm
 from models.arrays import Bools, Floats, Ints
+from models.chain import chain_of
+from models.difference import SAME, Difference
 from models.kinematics import characteristic_length
 from optimizer.certificate.bounds.angles.joints import Kinematics
 from optimizer.certificate.bounds.boxes import Boxes
@@ -46,11 +48,12 @@ class _Screws:
     derivative: Floats
 
 
-def conditioning_slacks(moved: Motion, arm: Arm) -> Floats:
+def conditioning_slacks(moved: Motion, arm: Arm, apart: Difference = SAME) -> Floats:
     """(N, m) no base in a box has a σmin/σmax more than this beyond ``arm.min_conditioning`` at a pose.
 
     Args:
         moved: over N boxes. arm: with a smallest conditioning.
+        apart: how far the arm that is asked about is from this one.
     """
     count, m = moved.joints.shape[:2]
     box, pose = (index.ravel() for index in np.indices((count, m)))
@@ -64,6 +67,7 @@ def conditioning_slacks(moved: Motion, arm: Arm) -> Floats:
     screws = _screws(moved.axes[box, pose], velocity / length)
     _, sigma, right = np.linalg.svd(screws.jacobian)
     remainder = 0.5 * np.sum(change * (1.0 + farthest), axis=1) ** 2 * np.sqrt(np.sum(1.0 + farthest**2, axis=1))
+    remainder = remainder + jacobian_apart(arm, apart)
     smallest = _weakest(moved, box, pose, screws, right[:, -1], change) + remainder
     norms = np.sqrt(np.einsum("qlrk,qlrk->ql", screws.derivative, screws.derivative))
     largest = sigma[:, 0] - np.sum(change * norms, axis=1) - remainder
@@ -86,9 +90,25 @@ def poorly_conditioned(problem: ReducedProblem, kinematics: Kinematics, boxes: B
     targets[:, :3, :3], targets[:, :3, 3] = kinematics.targets.mount @ problem.rotations, problem.positions
     step = max(AT_ONCE // m, 1)
     parts = [boxes[at : at + step] for at in range(0, len(boxes), step)]
-    slacks = [conditioning_slacks(motion(arm, kinematics, targets, part), arm) for part in parts]
+    slacks = [conditioning_slacks(motion(arm, kinematics, targets, part), arm, problem.apart) for part in parts]
     lost: Bools = np.concatenate([np.zeros((0, m)), *slacks]) < -TOLERANCE
     return lost
+
+
+def jacobian_apart(arm: Arm, apart: Difference) -> float:
+    """How far the Jacobian of another arm is from this one's at the same joint values: a bound of the norm.
+
+    Both as seen from the hand, linear rows divided by each arm's length. With φ the angle of the difference and R the
+    length of the chain and the tool, an axis is turned by φ and shifted by φ R + 2 Σ d_i at most.
+    """
+    if apart == SAME:
+        return 0.0
+    chain, length = chain_of(arm.robot), characteristic_length(arm.robot)
+    places = np.array([*chain.points, chain.home[:3, 3], chain.home[:3, :3] @ arm.tool[:3, 3] + chain.home[:3, 3]])
+    links = float(np.sum(np.linalg.norm(np.diff(places, axis=0), axis=1)))
+    shift = apart.angle * links + apart.offsets
+    velocity = apart.angle * links + shift + apart.length * (links + shift)
+    return float(np.sqrt(6.0) * np.hypot(velocity / length, apart.angle))
 
 
 def _screws(axes: Floats, velocity: Floats) -> _Screws:

@@ -147,7 +147,7 @@ class Excluder:
             self._test_links(moved, rows, levels, found)
             left = np.flatnonzero(found.code[rows] == 0)
         if self.arm.min_conditioning is not None and len(left):
-            slack = np.min(conditioning_slacks(moved[left], self.arm), axis=1)
+            slack = np.min(conditioning_slacks(moved[left], self.arm, self.kinematics.targets.apart), axis=1)
             self._note(found, rows[left], CONDITIONING, slack, levels)
             left = np.flatnonzero(found.code[rows] == 0)
         if self.base.useful and len(left) and levels.get(YAW, 0.0) > -np.inf:

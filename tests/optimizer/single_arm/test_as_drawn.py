@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
+import pinocchio as pin
 import pytest
 
+from models import catalogue
 from models.cell import Cell
 from models.closed_form import closed_form
 from models.kinematics import flange_poses
-from models.nominal import nominal
+from models.nominal import as_drawn, nominal
 from models.pose import rotation_x, transform
 from models.posture import Posture
+from models.reference import working_reference
+from models.robot import Robot
 from models.task import line
 from models.urdf import robot_from_urdf
 from optimizer.layout import Outcome
@@ -106,3 +111,35 @@ def test_a_task_that_neither_the_arm_nor_its_drawing_can_do_is_proved_infeasible
     assert layout.certificate.infeasible
     assert layout.search.starts == 0  # nothing else had to be tried
     assert layout.reasons
+
+
+def urdf_of(robot: Robot) -> str:
+    """A file with all digits of a robot's numbers."""
+    parts, above = ['<robot name="made"><link name="base_link"/>'], "base_link"
+    for i, (placement, axis) in enumerate(zip(robot.joint_placements, robot.joint_axes, strict=True)):
+        low, high = float(robot.lower[i]), float(robot.upper[i])
+        numbers = (placement[:3, 3], pin.rpy.matrixToRpy(placement[:3, :3]), axis)
+        xyz, rpy, along = (" ".join(repr(float(value)) for value in row) for row in numbers)
+        parts.append(
+            f'<link name="l{i}"/><joint name="j{i}" type="revolute"><parent link="{above}"/><child link="l{i}"/>'
+            f'<origin xyz="{xyz}" rpy="{rpy}"/><axis xyz="{along}"/>'
+            f'<limit lower="{low!r}" upper="{high!r}" effort="1" velocity="1"/></joint>'
+        )
+        above = f"l{i}"
+    return "".join([*parts, "</robot>"])
+
+
+def test_digits_of_a_file_do_not_decide_between_mirrored_references(tmp_path):
+    """cr5 with the digits of its maker's file and with square axes: two mirror images score alike as a reference."""
+    rounded = replace(catalogue.robot("cr5"), ssik_name=None, flanges=())
+    robots, objectives = [], []
+    for number, robot in enumerate((rounded, as_drawn(rounded))):
+        file = tmp_path / f"{number}.urdf"
+        file.write_text(urdf_of(robot))
+        robots.append(robot_from_urdf(file))
+        arm = make_arm(robots[-1], base=region((-1.0, 1.0), (-1.0, 1.0)))
+        objectives.append(optimize(Cell(line(ENDS[0], ENDS[1], 8), (arm,)), Settings(time_limit=120.0)).objective)
+    by_digits = working_reference(rounded)[0]
+    assert np.abs(by_digits - robots[1].reference).max() > 1.0  # as it would be without the drawing
+    assert robots[0].reference == pytest.approx(robots[1].reference, abs=1e-6)
+    assert objectives[0] == pytest.approx(objectives[1], rel=1e-2)

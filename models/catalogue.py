@@ -24,6 +24,7 @@ from ssik.prebuilt._manifest import load_manifest
 from models.arrays import Floats
 from models.dh import DhRow, robot_from_dh
 from models.errors import UnknownRobot
+from models.linear_limits import LinearLimits, row_name
 from models.reference import working_reference
 from models.robot import Robot
 from models.robot_frames import frames_of
@@ -137,9 +138,27 @@ def _shipped(name: str) -> Robot:
         ssik_name=arm.name,
         flanges=flanges,
         mounting_face=mounting_face,
+        linear_limits=linear_limits_in(own.get("linear_limits", []), tuple(joint.name for joint in joints)),
     )
     reference, reason = _reference(bare, arm.vendor)
     return replace(bare, reference=reference, reference_source=reason)
+
+
+def linear_limits_in(rows: list[dict[str, Any]], joints: tuple[str, ...]) -> LinearLimits | None:
+    """Limits between joints from the tables of `robots/arms.toml`; None where there are none.
+
+    Raises:
+        InvalidRobot: a table that defines no limit.
+    """
+    if not rows:
+        return None
+    degrees = np.radians([row["degrees"] for row in rows])
+    return LinearLimits(
+        names=tuple(row.get("name") or row_name(row["coefficients"], joints) for row in rows),
+        matrix=np.array([row["coefficients"] for row in rows]),
+        lower=degrees[:, 0],
+        upper=degrees[:, 1],
+    )
 
 
 def _notes(vendor: str, own: dict[str, Any]) -> tuple[str, ...]:

@@ -26,6 +26,10 @@ def print_layout(resource: dict[str, Any], file: IO[str]) -> None:
         seen = result["outcome"] in ("infeasible", "unknown")
         console.print(_placements(result["arms"], "Nearest placements that were seen" if seen else "Placements"))
         console.print(_margins(result["arms"]))
+        for arm in result["arms"]:
+            for row in arm.get("linear_margins") or ():  # results of older versions have none
+                left = in_degrees(row["margin"])
+                console.print(f"{arm['name']}: {row['name']} keeps {left}° to its limits", markup=False)
     if len(result["jobs"]) > 1:
         console.print(_jobs(result["jobs"]))
     print_findings(console, result)
@@ -122,6 +126,7 @@ def print_robot(name: str, library: Library) -> int:
         rows.add_row(escape(joint["name"]), *(in_degrees(joint[key]) for key in ("lower", "upper", "reference")))
     console.print(rows)
     for label, text in (
+        *(("limit between joints", _between(row)) for row in robot["linear_limits"]),
         ("reach", f"{1000.0 * robot['reach']:.0f} mm at most"),
         ("frames", f"{robot['base_frame']} (base) to {robot['flange_frame']} (last frame)"),
         *(("flange", _frame(frame)) for frame in robot["flanges"]),
@@ -140,6 +145,11 @@ def print_robot(name: str, library: Library) -> int:
     ):
         console.print(f"{label}: {text}", markup=False)
     return Exit.SOLVED
+
+
+def _between(row: dict[str, Any]) -> str:
+    """A limit between joints in a line."""
+    return f"{row['name']} from {in_degrees(row['lower'])}° to {in_degrees(row['upper'])}°"
 
 
 def _frame(frame: dict[str, Any]) -> str:

@@ -16,8 +16,10 @@ from models.robot import Robot
 from models.urdf import robot_of_chain
 from models.urdf_bodies import MissingMeshes, mesh_names, urdf_link_bodies
 from models.urdf_file import build_model, parse_document
+from service.convert_linear_limits import linear_limits_of
 from service.issues import InvalidRequest, Issues, shortened
 from service.mesh_archive import MeshArchive
+from service.schemas.arm import LinearLimit
 from service.settings import Limits
 from service.user_robot import UserRobot
 
@@ -34,6 +36,7 @@ class RobotFiles:
         name: that the robot is to have.
         file: name of the URDF file. urdf: its contents.
         meshes: contents of the zip, or None.
+        linear_limits: limits between the joints.
         missing_meshes: "estimate": the shape of links whose mesh is missing or unreadable is estimated.
         base_link: see `models.urdf.robot_from_urdf`. tip: likewise.
     """
@@ -45,6 +48,7 @@ class RobotFiles:
     base_link: str | None = None
     tip: str | None = None
     missing_meshes: MissingMeshes = "refuse"
+    linear_limits: tuple[LinearLimit, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -71,6 +75,8 @@ def robot_from_files(files: RobotFiles, limits: Limits) -> UserRobot:
         _note(error, issues)
     with issues.at("/meshes"):
         archive = MeshArchive(files.meshes, limits)
+    if described is not None and files.linear_limits:
+        described = _with_linear_limits(described, files, issues)
     if described is None or archive is None:
         raise InvalidRequest(issues.found)
     contents = _contents(mesh_names(described.document), archive, issues)
@@ -81,6 +87,15 @@ def robot_from_files(files: RobotFiles, limits: Limits) -> UserRobot:
     except InvalidInput as error:
         _note(error, issues)
         raise InvalidRequest(issues.found) from error
+
+
+def _with_linear_limits(described: Described, files: RobotFiles, issues: Issues) -> Described:
+    """The kinematics with the limits between joints that were sent with the files; faults of these are noted."""
+    robot, before = described.robot, len(issues.found)
+    limits = linear_limits_of(files.linear_limits, robot, (robot.lower, robot.upper), "/linear_limits", issues)
+    if len(issues.found) > before and files.missing_meshes == "estimate":  # which notes meshes and goes on
+        raise InvalidRequest(issues.found)
+    return replace(described, robot=replace(robot, linear_limits=limits))
 
 
 def _contents(names: Mapping[str, Sequence[str]], archive: MeshArchive, issues: Issues) -> dict[str, bytes]:
@@ -141,6 +156,9 @@ def version_of(robot: Robot, urdf: bytes, contents: Mapping[str, bytes]) -> str:
     """Digest of the files and of the chain that was chosen in them."""
     digest = hashlib.sha256()
     parts = [urdf, robot.base_frame.encode(), robot.flange_frame.encode()]
+    limits = robot.linear_limits
+    if limits is not None:
+        parts += [repr(limits.names).encode(), *(a.tobytes() for a in (limits.matrix, limits.lower, limits.upper))]
     for name in sorted(contents):
         parts += [name.encode(), contents[name]]
     for part in parts:

@@ -71,6 +71,7 @@ def robot_document(name: str, library: Library) -> dict[str, Any]:
             {"name": name, "lower": finite(lower), "upper": finite(upper), "reference": float(reference)}
             for name, lower, upper, reference in joints
         ],
+        "linear_limits": _linear_limits(robot),
         "chain": None if user is None or user.chain is None else chain_document(user.chain),
         "reference_source": robot.reference_source,
         "base_frame": robot.base_frame,
@@ -86,6 +87,18 @@ def robot_document(name: str, library: Library) -> dict[str, Any]:
         "source": robot.source,
         "licence": robot.licence,
     }
+
+
+def _linear_limits(robot: Robot) -> list[dict[str, Any]]:
+    """Limits between joints, as a request may send them."""
+    limits = robot.linear_limits
+    if limits is None:
+        return []
+    rows = zip(limits.names, limits.matrix.tolist(), limits.lower, limits.upper, strict=True)
+    return [
+        {"coefficients": coefficients, "lower": float(lower), "upper": float(upper), "name": name}
+        for name, coefficients, lower, upper in rows
+    ]
 
 
 def _flanges(robot: Robot, last_at_zero: Floats) -> list[dict[str, Any]]:

@@ -20,10 +20,13 @@ from service.mesh_intake import mesh_from_file
 from service.problems import Problem
 from service.resources import timestamp
 from service.robot_intake import RobotFiles, robot_from_files
+from service.schemas.arm import LinearLimit, LinearLimitRows
 from service.settings import Limits, Settings
 from service.shelf import NAME, Shelf
 from service.user_mesh import UserMesh, mesh_document
 from service.user_robot import as_document
+from service.validation import validate
+from service.validation.strict_json import NotJson, parse
 from service.workers.import_worker import ImportWorker
 
 log = logging.getLogger(__name__)
@@ -42,7 +45,7 @@ async def take_robot(request: Request, library: Library, intake: ImportWorker, s
     async with intake.place():
         form = await read_form(
             request,
-            texts=("name", "base_link", "tip", "missing_meshes"),
+            texts=("name", "base_link", "tip", "missing_meshes", "linear_limits"),
             files=("urdf", "meshes"),
             required=("name", "urdf"),
             most=settings.max_upload,
@@ -50,9 +53,10 @@ async def take_robot(request: Request, library: Library, intake: ImportWorker, s
         )
         name = form.texts["name"]
         _check_missing_meshes(form)
+        files = _robot_files(name, form)
         await run_in_threadpool(_check_name, name, library)
         _check_place(library.robot_shelf, settings)
-        robot = await intake.run(robot_from_files, _robot_files(name, form), Limits(**settings.model_dump()))
+        robot = await intake.run(robot_from_files, files, Limits(**settings.model_dump()))
     dated = replace(robot, created_at=timestamp(datetime.now(UTC)) or "")
     if not await run_in_threadpool(_put, library, library.robot_shelf, name, as_document(dated), settings):
         raise _exists(name)
@@ -148,7 +152,22 @@ def _robot_files(name: str, form: Form) -> RobotFiles:
         base_link=form.texts.get("base_link"),
         tip=form.texts.get("tip"),
         missing_meshes="estimate" if form.texts.get("missing_meshes") == "estimate" else "refuse",
+        linear_limits=_linear_limits(form),
     )
+
+
+def _linear_limits(form: Form) -> tuple[LinearLimit, ...]:
+    """Limits between joints, read but for what they mean to the robot.
+
+    Raises:
+        InvalidRequest: the part is no such list.
+    """
+    text = form.texts.get("linear_limits", "[]")
+    try:
+        rows = parse(text.encode())
+    except NotJson as error:
+        raise InvalidRequest([Issue("/linear_limits", error.detail)]) from error
+    return tuple(validate(LinearLimitRows, {"linear_limits": rows}).linear_limits)
 
 
 def _check_missing_meshes(form: Form) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from models.arrays import Floats
 from models.description.chain_choice import Alternative, ChainChoice
+from models.linear_limits import LinearLimits
 from models.links import LinkBody
 from models.robot import Robot
 from models.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
@@ -20,6 +21,7 @@ FORMAT = 1
 
 _ARRAYS = ("joint_placements", "joint_axes", "flange_placement", "reference")
 _LIMITS = ("lower", "upper")
+_SUMS = ("matrix", *_LIMITS)
 _TEXTS = ("name", "reference_source", "base_frame", "flange_frame", "maker", "title", "source", "licence")
 _LISTS = ("joint_names", "notes")
 
@@ -52,6 +54,7 @@ def as_document(user_robot: UserRobot) -> dict[str, Any]:
     kinematics |= {name: [float(v) if np.isfinite(v) else None for v in getattr(robot, name)] for name in _LIMITS}
     kinematics |= {name: getattr(robot, name) for name in _TEXTS}
     kinematics |= {name: list(getattr(robot, name)) for name in _LISTS} | {"description": robot.description}
+    kinematics["linear_limits"] = _linear_limits_document(robot.linear_limits)
     links = None if user_robot.links is None else [_link_document(link) for link in user_robot.links]
     return {
         "format": FORMAT,
@@ -78,7 +81,8 @@ def from_document(document: dict[str, Any]) -> UserRobot:
     values |= {name: np.array([open_ends[name] if v is None else v for v in kinematics[name]]) for name in _LIMITS}
     values |= {name: str(kinematics[name]) for name in _TEXTS}
     values |= {name: tuple(kinematics[name]) for name in _LISTS}
-    robot = Robot(**values, description=str(kinematics.get("description", "")))
+    limits = _linear_limits_from(kinematics.get("linear_limits"))
+    robot = Robot(**values, description=str(kinematics.get("description", "")), linear_limits=limits)
     chain = document.get("chain")
     links = document["links"]
     return UserRobot(
@@ -118,6 +122,18 @@ def _chain_from(document: dict[str, Any]) -> ChainChoice:
             for one in document["alternatives"]
         ),
     )
+
+
+def _linear_limits_document(limits: LinearLimits | None) -> dict[str, Any] | None:
+    if limits is None:
+        return None
+    return {"names": list(limits.names)} | {name: getattr(limits, name).tolist() for name in _SUMS}
+
+
+def _linear_limits_from(document: dict[str, Any] | None) -> LinearLimits | None:
+    if document is None:
+        return None
+    return LinearLimits(tuple(document["names"]), *(np.array(document[name]) for name in _SUMS))
 
 
 def _link_document(link: LinkBody) -> dict[str, Any]:

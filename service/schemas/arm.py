@@ -114,6 +114,12 @@ MOST_LINEAR_LIMITS = 8
 """Linear limits of one arm."""
 
 
+class LinearLimitRows(Strict):
+    """A list of them by itself, as a form has it."""
+
+    linear_limits: list[LinearLimit] = Field(max_length=MOST_LINEAR_LIMITS, description="The rows.")
+
+
 class Posture(Strict):
     """The branch of the inverse kinematics that is wanted; what is left out or null is free."""
 

@@ -48,6 +48,15 @@ class Joint(Answer):
     reference: float = Field(description="rad, used where a request names no reference.", examples=[0.0])
 
 
+class JointSum(Answer):
+    """A limit between joints: lower <= Σ c_j q_j <= upper."""
+
+    coefficients: list[float] = Field(description="c, one per joint.", examples=[[0.0, 1.0, 1.0, 0.0, 0.0, 0.0]])
+    lower: float = Field(description="rad.", examples=[-1.2])
+    upper: float = Field(description="rad.", examples=[1.9])
+    name: str = Field(description="What reasons and margins call it.", examples=["joint_2 + joint_3"])
+
+
 class LinkShape(Answer):
     """What is known of the shape of a link."""
 
@@ -109,6 +118,9 @@ class RobotDetail(RobotSummary):
         description="RFC 3339, when it was uploaded; null: of the catalogue.", examples=["2026-11-22T09:30:00.000000Z"]
     )
     joints: list[Joint] = Field(description="From the base to the flange.")
+    linear_limits: list[JointSum] = Field(
+        description="Limits between joints that are in force unless a request names others.", examples=[[]]
+    )
     chain: Chain | None = Field(
         description="Which chain of an uploaded URDF file the robot is, and what else it could be; null: of the "
         "catalogue."

@@ -55,6 +55,11 @@ class RobotUpload(BaseModel):
         "behind 6 or 7 turning joints, else the last link there that is no tool, camera or sensor.",
         examples=["tool0"],
     )
+    linear_limits: str | SkipJsonSchema[None] = Field(
+        default=None,
+        description="Limits between joints, which a URDF cannot tell: JSON as `linear_limits` of an arm.",
+        examples=['[{"coefficients": [0, 1, 1, 0, 0, 0], "lower": -1.2, "upper": 1.9}]'],
+    )
     missing_meshes: Literal["refuse", "estimate"] | SkipJsonSchema[None] = Field(
         default=None,
         description="What becomes of links whose mesh is missing or unreadable; left out: `refuse`. `estimate`: "

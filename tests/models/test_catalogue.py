@@ -136,3 +136,13 @@ def test_unknown_name_is_answered_with_near_ones() -> None:
         catalogue.robot("ur10")
     with pytest.raises(UnknownRobot, match="names are"):
         catalogue.robot("")
+
+
+def test_limits_between_joints_are_read_in_degrees_and_the_catalogue_has_none() -> None:
+    table = tomllib.loads("""linear_limits = [{coefficients = [0, 1, -1], degrees = [-90, 45], source = "manual"}]""")
+    limits = catalogue.linear_limits_in(table["linear_limits"], ("a", "b", "c"))
+    assert limits is not None
+    assert limits.names == ("b - c",)
+    np.testing.assert_allclose([limits.lower[0], limits.upper[0]], [-np.pi / 2, np.pi / 4])
+    assert catalogue.linear_limits_in([], ("a", "b", "c")) is None
+    assert all(catalogue.robot(name).linear_limits is None for name in catalogue.names())

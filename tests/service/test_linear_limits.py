@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import copy
+import io
 import json
+from math import degrees
 from typing import Any
 
 import pytest
 
 from optimizer.optimize import optimize
 from optimizer.settings import Settings
+from service.cli_tables import print_layout
 from service.convert import cell_of
 from service.documents import result_document
 from service.issues import InvalidRequest
@@ -90,3 +93,6 @@ def test_a_result_tells_what_is_left_of_each(example: Document) -> None:
     assert margin["name"] == "forearm"
     assert margin["margin"] == pytest.approx(min(min(sums) + 3.0, 2.2 - max(sums)), abs=1e-12)
     assert found["arms"][1]["linear_margins"] == []
+    printed = io.StringIO()
+    print_layout({"name": "", "result": found}, printed)
+    assert f"forearm keeps {degrees(margin['margin']):.1f}° to its limits" in printed.getvalue()

@@ -144,6 +144,48 @@ def test_a_robot_without_collision_geometry_is_estimated(service: TestClient) ->
     assert service.delete("/v1/robots/bare").status_code == 204
 
 
+def test_limits_between_joints_come_with_an_upload(service: TestClient) -> None:
+    """They are shown, hold for requests that name no others, and are part of the version."""
+    row = {"coefficients": [0.0, 1.0, 1.0, 0.0, 0.0, 0.0], "lower": -1.2, "upper": 1.9, "name": "forearm"}
+    plain = send(service, name=(None, "plain"), meshes=None, urdf=("own.urdf", urdf({}))).json()
+    assert plain["linear_limits"] == []
+    for name, rows in (("held", [row]), ("wide", [row | {"upper": 2.0}])):
+        sent = {"name": (None, name), "linear_limits": (None, json.dumps(rows))}
+        brought = send(service, meshes=None, urdf=("own.urdf", urdf({})), **sent)
+        assert brought.status_code == 201, brought.text
+        assert brought.json()["linear_limits"] == rows
+        assert service.get(f"/v1/robots/{name}").json()["linear_limits"] == rows
+    versions = {service.get(f"/v1/robots/{name}").json()["version"] for name in ("plain", "held", "wide")}
+    assert len(versions) == 3
+    library = Library(data_of(service))
+    accepted = accept(json.dumps(_of("held")).encode(), Settings(), library)
+    result = solve_request(accepted.text, accepted.request_hash, 60.0, library)
+    assert [one["name"] for one in result["arms"][0]["linear_margins"]] == ["forearm"]
+    for name in ("plain", "held", "wide"):
+        assert service.delete(f"/v1/robots/{name}").status_code == 204
+
+
+def _of(robot: str) -> Document:
+    return REQUEST | {"arms": [REQUEST["arms"][0] | {"robot": robot}]}
+
+
+@pytest.mark.parametrize(
+    ("rows", "pointer"),
+    [
+        ("[", "/linear_limits"),
+        ('[{"coefficients": [0, 1, 1], "lower": 0, "upper": 1}]', "/linear_limits/0/coefficients"),
+        ('[{"coefficients": [0, 1, 1, 0, 0, 0], "lower": 2, "upper": 1}]', "/linear_limits/0/lower"),
+        ('[{"coefficients": [0, 1, 1, 0, 0, 0], "lower": NaN, "upper": 1}]', "/linear_limits"),
+        ('{"a": 1}', "/linear_limits"),
+    ],
+)
+def test_limits_between_joints_that_are_none_are_refused(service: TestClient, rows: str, pointer: str) -> None:
+    for missing in ("refuse", "estimate"):
+        answer = send(service, linear_limits=(None, rows), missing_meshes=(None, missing))
+        assert answer.status_code == 422, answer.text
+        assert pointer in [error["pointer"] for error in answer.json()["errors"]]
+
+
 def test_base_and_tip_may_be_chosen(service: TestClient) -> None:
     parts = {"base_link": (None, "shoulder"), "tip": (None, "hand"), "meshes": None}
     answer = send(service, urdf=("own.urdf", urdf({})), **parts)
@@ -219,7 +261,7 @@ REFUSED: dict[str, tuple[Document, str, str]] = {
     "an unknown part": (
         {"colour": (None, "red")},
         "/colour",
-        "allowed are name, base_link, tip, missing_meshes, urdf, meshes",
+        "allowed are name, base_link, tip, missing_meshes, linear_limits, urdf, meshes",
     ),
     "no XML": ({"urdf": ("own.urdf", "solid arm")}, "/urdf", "no valid XML"),
     "an empty urdf": ({"urdf": ("own.urdf", "")}, "/urdf", "no valid XML"),

@@ -13,6 +13,15 @@ import pytest
 from bench.baseline import answered, cases, check, differences, write
 from service.schemas.evaluate import EVALUATE_EXAMPLE
 
+FOLDER = Path(__file__).parents[1] / "data" / "baseline"
+QUICK = (
+    "refused_*",
+    "evaluation*",
+    *("example_arc", "example_line", "example_line_certificate"),
+    *("arm_thin_3", "arm_random_1", "arm_features_1", "redundant_iiwa14_path", "linear_limits*"),
+    *("cell_07", "self_iiwa7_50mm", "impossible_far_apart", "impossible_no_room", "impossible_narrow_limits"),
+)
+"""All of them are asked by ``python -m bench.baseline --check tests/data/baseline``."""
 KEPT: dict[str, Any] = {
     "outcome": "feasible",
     "objective": 155.2,
@@ -70,3 +79,20 @@ def test_what_is_sent_is_the_body_itself(tmp_path: Path) -> None:
     (case,) = cases(tmp_path)
     assert case.sent == b"[1]"
     assert answered(case, tmp_path)["errors"][0]["detail"].endswith(".")
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_what_is_quick_is_answered_as_it_was(name: str) -> None:
+    asked = cases(FOLDER, [name])
+    assert asked
+    for case in asked:
+        assert list(differences(case.answer, answered(case, FOLDER))) == [], case.name
+
+
+def test_no_kept_answer_hangs_on_time() -> None:
+    every = cases(FOLDER)
+    assert len(every) >= 60
+    solved = [case for case in every if "outcome" in case.answer]
+    assert all(case.answer["search"]["ended"] for case in solved)
+    asked = [case.body for case in solved if case.kind == "layout"]
+    assert all(body["certificate"] != "auto" and body["time_limit"] >= 600.0 for body in asked)

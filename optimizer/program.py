@@ -18,9 +18,10 @@ import numpy as np
 
 from models.arm import Arm
 from models.arrays import Floats
+from models.branches import path_signs
 from models.cell import Cell
 from models.closed_form import closed_form
-from models.nominal import singular_fifth
+from models.nominal import posture_form, singular_fifth
 from models.singular_margins import SPARE, Margins, margins_along, margins_at_poses
 from optimizer.pose_rows import BASE, target_numbers
 from optimizer.structure import LinearRows, Structure, structure_of
@@ -215,31 +216,23 @@ def joint_bounds(arm: Arm, point: ArmPoint, margins: Margins | None = None) -> t
     is a path of one job: others may be on other turns.
     """
     low, high = arm.lower.copy(), arm.upper.copy()
-    form, margins = closed_form(arm.robot), margins or margins_at_poses(arm)
-    if form is None:
-        return _wrist_bounds(arm, point, margins, low, high)
-    if point.signs is None:
+    form, singular = posture_form(arm.robot), singular_fifth(arm.robot)
+    signs = point.signs
+    if signs is None and form is not None and closed_form(arm.robot) is None:
+        signs = path_signs(form, point.joints)  # those of the drawing
+    if form is None or singular is None or signs is None:
         return low, high
-    shoulder, elbow, wrist = point.signs
+    shoulder, elbow, wrist = signs
     bend = -shoulder * elbow  # sign of the turn from upper arm to forearm
     turn = form.turns[2] * bend
     straight = -form.turns[2] * form.planar.elbow_angle
-    sides = (2, straight, turn, margins.elbow), (4, form.wrist_zero, float(wrist), margins.wrist)
+    margins = margins or margins_at_poses(arm)
+    sides = (2, straight, turn, margins.elbow), (4, singular, float(wrist), margins.wrist)
     for joint, zero, side, inside in sides:
         mean = float(np.mean(point.joints[:, joint]))
         start = zero + (np.pi * (side - 1.0) / 2.0)
         start += 2.0 * np.pi * np.round((mean - (start + np.pi / 2.0)) / (2.0 * np.pi))
         low[joint], high[joint] = max(low[joint], start + inside), min(high[joint], start + np.pi - inside)
-    return low, high
-
-
-def _wrist_bounds(arm: Arm, point: ArmPoint, margins: Margins, low: Floats, high: Floats) -> tuple[Floats, Floats]:
-    """Limits of an arm that is not quite as drawn, narrowed so that its wrist keeps its side of its own singularity."""
-    singular = singular_fifth(arm.robot) if arm.avoid_singularities else None
-    if singular is not None:
-        turns = np.floor((float(np.mean(point.joints[:, 4])) - singular) / np.pi)
-        start = singular + np.pi * turns + margins.wrist
-        low[4], high[4] = max(low[4], start), min(high[4], start + np.pi - 2.0 * margins.wrist)
     return low, high
 
 

@@ -98,6 +98,17 @@ def test_programs_keep_the_wrist_on_its_side() -> None:
         assert nearer == pytest.approx(FIFTH + side * SINGULAR_WRIST, abs=1e-12)
 
 
+def test_programs_keep_the_elbow_of_the_drawing_on_its_side() -> None:
+    form = posture_form(TRUE)
+    assert form is not None
+    straight = -form.turns[2] * form.planar.elbow_angle
+    cell, joints = at(0.5, 0.5)
+    low, high = joint_bounds(cell.arms[0], ArmPoint(np.zeros(3), 0.0, joints))
+    off = np.remainder(np.array([low[2], high[2]]) - straight + 0.1, np.pi) - 0.1
+    assert np.abs(off).min() < 1e-12
+    assert low[2] < joints[0, 2] < high[2]
+
+
 def test_the_posture_of_the_drawing_is_kept_along_the_path() -> None:
     form = posture_form(TRUE)
     assert form is not None

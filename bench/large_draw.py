@@ -39,7 +39,8 @@ def meshes(seed: int = 0) -> dict[str, dict[str, Any]]:
 def large_request(seed: int, limits: Limits) -> Request:
     """One request; some are as large as they may be, most lie between, and every option is there in some."""
     rng = draw_of(TRIAL, seed)
-    arms = [_arm(rng, index) for index in range(int(rng.integers(2, limits.max_arms + 1)))]
+    count = int(rng.integers(2, limits.max_arms + 1))
+    arms = [_arm(rng, index, count) for index in range(count)]
     names = [arm["name"] for arm in arms]
     request: Request = {
         "name": f"{TRIAL} {seed}",
@@ -105,15 +106,15 @@ def _way(rng: np.random.Generator, count: int) -> Request:
     return {"poses": [_pose(place, (0.0, 0.0, 0.0, 1.0)) for place in places]}
 
 
-def _arm(rng: np.random.Generator, index: int) -> Request:
-    """An arm that stands about the middle and reaches down or sideways to its grasp."""
-    away = rng.uniform(0.0, 2.0 * pi)
+def _arm(rng: np.random.Generator, index: int, count: int) -> Request:
+    """One of the arms around the part, each of which reaches down to its grasp."""
+    away = (index + rng.uniform(-0.2, 0.2)) * 2.0 * pi / count
     side = rng.uniform(0.3, 1.2)
     centre = rng.uniform(0.6, 1.0) * np.array([np.cos(away), np.sin(away)])
     arm: Request = {
         "name": f"arm {index}",
         "robot": str(rng.choice(ROBOTS)),
-        "grasp": _pose(0.15 * np.array([np.cos(away), np.sin(away), 0.0]), (1.0, 0.0, 0.0, 0.0)),
+        "grasp": _pose(0.12 * np.sqrt(count) * np.array([np.cos(away), np.sin(away), 0.0]), (1.0, 0.0, 0.0, 0.0)),
         "base": {
             "x": [float(centre[0] - side), float(centre[0] + side)],
             "y": [float(centre[1] - side), float(centre[1] + side)],
@@ -132,11 +133,11 @@ def _bodies(rng: np.random.Generator, limits: Limits, arms: list[Request]) -> Re
         return {}
     made: Request = {"obstacles": _obstacles(rng, limits)}
     if rng.random() < 0.5:
-        shapes = [_solid(rng, 0.03, 0.1) for _ in range(_largely(rng, 1, limits.max_shapes))]
+        shapes = [_solid(rng, 0.03, 0.06) for _ in range(_largely(rng, 1, limits.max_shapes))]
         made["part"] = {"shapes": shapes, "grasp_zone": 0.1}
     if rng.random() < 0.4:
         for arm in arms:
-            arm["tool_shapes"] = [_solid(rng, 0.02, 0.05) for _ in range(_largely(rng, 1, limits.max_shapes))]
+            arm["tool_shapes"] = [_solid(rng, 0.01, 0.03) for _ in range(_largely(rng, 1, limits.max_shapes))]
     if rng.random() < 0.3:
         made["clearance"] = {"arm_arm": 0.02, "arm_obstacle": 0.02, "self": None if rng.random() < 0.5 else 0.0}
     return made
@@ -147,7 +148,7 @@ def _obstacles(rng: np.random.Generator, limits: Limits) -> list[Request]:
     made: list[Request] = []
     left = limits.max_pieces
     for index in range(_largely(rng, 1, limits.max_obstacles)):
-        away, far = rng.uniform(0.0, 2.0 * pi), rng.uniform(1.2, 3.0)
+        away, far = rng.uniform(0.0, 2.0 * pi), rng.uniform(1.6, 3.5)
         place = (far * np.cos(away), far * np.sin(away), rng.uniform(0.0, 2.0))
         which = int(rng.choice(len(MESHES)))
         if rng.random() < 0.3 and PIECES[which] <= left:
@@ -171,7 +172,7 @@ def _shape(rng: np.random.Generator, least: float, most: float) -> Request:
 
 
 def _solid(rng: np.random.Generator, least: float, most: float) -> Request:
-    place = rng.uniform(-0.08, 0.08, 3)
+    place = rng.uniform(-0.04, 0.04, 3)
     return {"pose": _pose(place, (0.0, 0.0, 0.0, 1.0)), "shape": _shape(rng, least, most)}
 
 

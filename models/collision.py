@@ -245,13 +245,21 @@ class CollisionModel:
         Args:
             configurations: to look at. pairs: their numbers. bounds: (K, q) m; infinity hides a pair.
         """
-        best: tuple[int, Contact] | None = None
-        for index in np.argsort(bounds, axis=None, kind="stable"):
+        flat = bounds.ravel()
+        first = int(np.argmin(flat)) if flat.size else 0
+        if not flat.size or not flat[first] < np.inf:
+            return None
+        k, p = divmod(first, len(pairs))
+        best = k, self.contact(configurations, k, int(pairs[p]))
+        near = np.flatnonzero(flat < best[1].distance)  # few: sorting all would take far longer
+        for index in near[np.argsort(flat[near], kind="stable")]:
             k, p = divmod(int(index), len(pairs))
-            if not bounds[k, p] < (best[1].distance if best else np.inf):
+            if not flat[index] < best[1].distance:
                 break
+            if index == first:
+                continue
             contact = self.contact(configurations, k, int(pairs[p]))
-            if best is None or contact.distance < best[1].distance:
+            if contact.distance < best[1].distance:
                 best = k, contact
         return best
 

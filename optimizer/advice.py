@@ -9,6 +9,7 @@ from dataclasses import replace
 from math import inf
 
 from models.cell import Cell
+from models.one_place import in_one_place
 from optimizer.clearance import found_clearances
 from optimizer.coupled.scene import Scene
 from optimizer.findings import Explanation
@@ -41,6 +42,8 @@ def with_advice(cell: Cell, layout: Layout, settings: Settings, table: Timetable
         found = _explained(cell, layout, settings)
         if isinstance(found, Layout):
             return found
+        if in_one_place(cell.arms, [point.position for point in found]):  # nothing else is in the way
+            return layout
         layout = _rescued(cell, layout, found)
     if layout.usable and settings.tolerance is not None:
         table.stage("tolerance")("displacing bases", 0.0)

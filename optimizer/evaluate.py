@@ -13,7 +13,7 @@ from models.cell import Cell
 from optimizer.clearance import found_clearances
 from optimizer.evaluation.standing import as_given, choices, intervals
 from optimizer.evaluation.together import together
-from optimizer.faults import coupling_faults, floor_faults, path_faults
+from optimizer.faults import coupling_faults, floor_faults, path_faults, place_faults
 from optimizer.layout import Layout, Outcome, Reason, Search
 from optimizer.measure import jobs_of, placed
 from optimizer.reasons import name_jobs
@@ -55,7 +55,7 @@ def evaluate_layout(cell: Cell, joints: Sequence[Floats | None] | None = None) -
     chosen = together(cell, found)
     standing = chosen.standing
     places = [np.array([interval.low for interval in intervals(arm)]) for arm in cell.arms]
-    of_bases = (*floor_faults(cell, places), *coupling_faults(cell, places))
+    of_bases = (*floor_faults(cell, places), *coupling_faults(cell, places), *place_faults(cell, places))
     reasons = (
         *(reason for one in standing for reason in one.reasons),
         *of_bases,

@@ -11,6 +11,7 @@ from models.arrays import Floats
 from models.cell import Cell
 from models.collision import Contact
 from models.kept import KEPT
+from models.one_place import NEAREST, in_one_place
 from optimizer.clearance import ClassClearance, PathClearance
 from optimizer.coupled.scene import world_yaw
 from optimizer.layout import Reason
@@ -116,6 +117,22 @@ def coupling_faults(cell: Cell, places: Sequence[Floats]) -> tuple[Reason, ...]:
                 )
                 reasons.append(Reason(names[0], "coupling", (), detail, amount=amount, unit=unit))
     return tuple(reasons)
+
+
+def place_faults(cell: Cell, places: Sequence[Floats]) -> tuple[Reason, ...]:
+    """Arms that stand in one place; arguments as for `floor_faults`."""
+    return tuple(
+        Reason(
+            cell.arms[first].name,
+            "collision",
+            (),
+            f"{cell.arms[first].name} and {cell.arms[second].name} stand in one place: their bases are "
+            f"{1e3 * apart:.1f} mm apart, and two bases need {1e3 * NEAREST:g} mm at least",
+            amount=NEAREST - apart,
+            unit="m",
+        )
+        for first, second, apart in in_one_place(cell.arms, [place[:3] for place in places])
+    )
 
 
 # --- the way between the poses ----------------------------------------------------------------------------------------

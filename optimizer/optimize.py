@@ -10,6 +10,7 @@ from optimizer.advice import with_advice
 from optimizer.certificate.budget import automatic
 from optimizer.coupled.found import CoupledSearch
 from optimizer.coupled.layout import coupled_layout
+from optimizer.coupled.one_place import all_kept_apart, kept_apart
 from optimizer.coupled.search import search_coupled
 from optimizer.events import Verified
 from optimizer.infeasibility.immediate.cause import Infeasibility
@@ -31,6 +32,8 @@ from optimizer.watch import OutOfTime, ending, tell
 
 IMMEDIATE = 0.4
 """Share of the time limit after which nothing more is proved before the search."""
+PLACES = 3
+"""Searches of arms that would stand in one place; the last one is told of all arms."""
 LATE = 0.5
 """s beyond the limits after which searches and proofs that do not look at them are ended."""
 
@@ -102,8 +105,13 @@ def _with_others(cell: Cell, causes: tuple[Infeasibility, ...], settings: Settin
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Found:
-    """What searches and proof have found, to be checked: ``coupled`` is None where nothing ties the arms."""
+    """What searches and proof have found, to be checked.
 
+    ``cell`` is the one that was asked about, with couplings for arms that would stand in one place otherwise;
+    ``coupled`` is None where nothing ties the arms.
+    """
+
+    cell: Cell
     searches: list[ArmSearch]
     coupled: CoupledSearch | None
     certificate: Certificate | None
@@ -118,9 +126,9 @@ def _solved(cell: Cell, settings: Settings, started: float, table: Timetable) ->
     except OutOfTime:
         return _cut_short(cell, settings, started)
     table.stage("verify")("verifying", 0.0)
-    layout = _layout(cell, found.searches, found.certificate, found.searched)
+    layout = _layout(found.cell, found.searches, found.certificate, found.searched)
     if found.coupled is not None:
-        layout = coupled_layout(cell, layout, found.coupled, settings.alternatives)
+        layout = coupled_layout(found.cell, layout, found.coupled, settings.alternatives)
     if settings.certificate == "auto" and found.certificate is not None and not found.certificate.ended:
         layout = replace(layout, search=replace(layout.search, ended=False))
     return _with_what_stopped_it(layout, settings)
@@ -150,6 +158,7 @@ def _found(cell: Cell, settings: Settings, started: float, table: Timetable) -> 
         searches.append(search_arm(cell, arm, settings, deadline))
         _tell_of(cell, searches[-1])
     coupled = _couple(cell, searches, settings, deadline, table)
+    cell, coupled = _in_two_places(cell, searches, coupled, settings, deadline, table)
     searched = time.perf_counter() - started
     together = coupled or CoupledSearch()
     certificate = _certificate(cell, searches, together, settings, deadline, table)
@@ -159,7 +168,8 @@ def _found(cell: Cell, settings: Settings, started: float, table: Timetable) -> 
         _tell_of(cell, search)
     if coupled is None and time.perf_counter() < deadline:  # what an arm lacked may have been found by the proof
         coupled = _couple(cell, searches, settings, deadline, table)
-    return _Found(searches, coupled, certificate, searched)
+    cell, coupled = _in_two_places(cell, searches, coupled, settings, deadline, table)
+    return _Found(cell, searches, coupled, certificate, searched)
 
 
 def _tell_of(cell: Cell, search: ArmSearch) -> None:
@@ -175,6 +185,27 @@ def _couple(
     if not wanted or any(search.best is None for search in searches):
         return None
     return search_coupled(cell, searches, settings, deadline, table.stage("together"))
+
+
+def _in_two_places(
+    cell: Cell,
+    searches: list[ArmSearch],
+    coupled: CoupledSearch | None,
+    settings: Settings,
+    deadline: float,
+    table: Timetable,
+) -> tuple[Cell, CoupledSearch | None]:
+    """The same, searched once more where two arms would stand in one place, and told that they must not."""
+    for round_ in range(PLACES):
+        points = [search.best for search in searches if search.best is not None]
+        if coupled is not None:
+            points = [] if coupled.best is None else list(coupled.best.points)
+        apart = cell if len(points) < len(searches) else kept_apart(cell, points)
+        if apart is cell:
+            break
+        cell = apart if round_ < PLACES - 1 else all_kept_apart(apart)
+        coupled = search_coupled(cell, searches, settings, deadline, table.stage("together"))
+    return cell, coupled
 
 
 def _certificate(

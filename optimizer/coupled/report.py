@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from models.cell import Cell
+from models.one_place import in_one_place
 from optimizer.clearance import found_clearances
 from optimizer.coupled.scene import Scene
 from optimizer.coupled.sqp.refine import Refined
@@ -35,9 +36,10 @@ def alternatives(cell: Cell, found: Sequence[Refined], most: int) -> tuple[Alter
     if not found:
         return ()
     best = _Figures(cell, found[0])
+    possible = [one for one in found[1:] if not in_one_place(cell.arms, [point.position for point in one.points])]
     return tuple(
         Alternative(one.objective, figures.placements, figures.clearances, figures.against(best))
-        for one in found[1 : 1 + most]
+        for one in possible[:most]
         for figures in (_Figures(cell, one),)
     )
 

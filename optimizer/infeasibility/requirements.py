@@ -12,6 +12,7 @@ import numpy as np
 from models.arm import FREE_YAW, Arm, Interval
 from models.cell import Cell
 from models.coupling import Coupling, among
+from models.coupling.apart import Apart
 from models.nominal import singular_fifth
 from models.posture import Posture
 from models.surroundings import Surroundings
@@ -61,6 +62,8 @@ class Requirement:
                 return f"obstacle {cell.surroundings.obstacles[self.index].name}"
             case Kind.COUPLING:
                 coupling = cell.couplings[self.index]
+                if isinstance(coupling, Apart):
+                    return f"two places for {' and '.join(cell.arms[arm].name for arm in coupling.arms)}"
                 return f"coupling {coupling.kind}({', '.join(cell.arms[arm].name for arm in coupling.arms)})"
             case Kind.LIMITS:
                 arm = cell.arms[self.index]

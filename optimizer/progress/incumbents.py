@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 
 from models.arm import Arm
 from models.cell import Cell
+from models.one_place import in_one_place
 from models.posture import name_signs
 from optimizer.clearance import PathClearance
 from optimizer.events import Incumbent, Standing
@@ -45,6 +46,8 @@ class Incumbents:
 
     def found(self, points: Sequence[ArmPoint], objective: float, path: PathClearance | None = None) -> None:
         """Take a usable layout, one point per arm, into account, with the check of its whole way if that is at hand."""
+        if in_one_place(self.cell.arms, [point.position for point in points]):
+            return  # it is not allowed, though the search was not told
         seconds = time.perf_counter() - self.started
         if self.first_time is None:
             self.first_time = seconds

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import combinations
 from math import degrees, radians
 
 import numpy as np
@@ -26,8 +25,6 @@ WHOLE = 10.0
 """rad; a whole number beyond it is rather one of degrees."""
 FAR_GRASP = 2.0
 """m, from the origin of the object; nobody holds a part there."""
-SAME_PLACE = 1e-3
-"""m between the origins of two bases."""
 ALONG = 1.0 - 1e-6
 """Cosine of the angle between two axes that count as one."""
 
@@ -43,7 +40,7 @@ def warnings_of(request: LayoutRequest, cell: Cell, layout: Layout) -> list[Issu
         found += _hand(f"/arms/{index}", asked.tool.position, asked.grasp.position)
         found += _flange(f"/arms/{index}", asked.flange, arm)
         found += _overshoots(f"/arms/{index}/limits", cell, arm, layout)
-    return [*found, *_same_place(request, layout)][:MOST_SHOWN]
+    return found[:MOST_SHOWN]
 
 
 def _lengths(request: LayoutRequest) -> Iterator[Issue]:
@@ -106,12 +103,3 @@ def _flange(pointer: str, name: str | None, arm: ModelArm) -> Iterator[Issue]:
             f"{what}: that is [{out[0]:g}, {out[1]:g}, {out[2]:g}] there. A tool made for another robot is turned here."
         )
         yield Issue(f"{pointer}/robot" if name is None else f"{pointer}/flange", detail)
-
-
-def _same_place(request: LayoutRequest, layout: Layout) -> Iterator[Issue]:
-    """Bases that stand in one place."""
-    names = [arm.name for arm in request.arms]
-    for first, second in combinations(layout.placements, 2):
-        if np.linalg.norm(np.subtract(first.position, second.position)) < SAME_PLACE:
-            detail = f"{first.arm} and {second.arm} stand in one place. Ask for a clearance arm_arm, or for a distance."
-            yield Issue(f"/arms/{names.index(second.arm)}/base", detail)

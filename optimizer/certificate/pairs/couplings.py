@@ -8,6 +8,7 @@ import numpy as np
 
 from models.arrays import Bools, Floats
 from models.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from models.coupling.apart import Apart
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.exclusion.causes import TOLERANCE
 
@@ -53,6 +54,8 @@ def _untied(coupling: Coupling, first: Boxes, second: Boxes) -> Bools:
             near = np.linalg.norm(np.maximum(size - reach[:, :2], 0.0), axis=1)
             far = np.linalg.norm(size + reach[:, :2], axis=1)
             return np.asarray((near > maximum + TOLERANCE) | (far < minimum - TOLERANCE))
+        case Apart(least=least):
+            return np.asarray(np.linalg.norm(np.abs(apart) + reach, axis=1) < least - TOLERANCE)
         case Direction(angle=angle):
             along, spread = _along(apart, reach, angle)
             return _away(*_across(apart, reach, angle)) | (along + spread < -TOLERANCE)

@@ -17,6 +17,7 @@ import numpy as np
 
 from models.arrays import Floats, Ints
 from models.coupling import Coupling
+from models.coupling.apart import Apart
 from optimizer.certificate.arm_tree import ArmTree
 from optimizer.certificate.bounds.linear import Linear
 from optimizer.certificate.pairs.mirrored_yaw import BestYaw, sum_of_yaws
@@ -40,8 +41,10 @@ class TiedBounds:
 
     @property
     def useful(self) -> bool:
-        """True if some coupling holds for both arms."""
-        return any(set(self.arms) <= set(coupling.arms) for coupling in self.couplings)
+        """True if some coupling with a row here (`ties`) holds for both arms."""
+        return any(
+            set(self.arms) <= set(coupling.arms) for coupling in self.couplings if not isinstance(coupling, Apart)
+        )
 
     def __call__(self, first: Ints, second: Ints, yaws: tuple[BestYaw, BestYaw]) -> Floats:
         """(P,) no layout in pairs of boxes costs less.

@@ -18,6 +18,7 @@ from models.arm import TURN
 from models.arrays import Floats
 from models.cell import Cell
 from models.coupling import Coupling, Direction, Distance, Mirror
+from models.coupling.apart import Apart
 from models.kept import KEPT
 from optimizer.box import search_box
 from optimizer.infeasibility.immediate.cause import SURE, Infeasibility
@@ -168,6 +169,8 @@ def _linear(couplings: Sequence[Coupling], arms: int) -> tuple[Floats, Floats]:
                 row[coupling.arms[1], :2] = -row[coupling.arms[0], :2]
                 rows.append(row.ravel())
                 highs.append(-max(coupling.minimum - KEPT, 0.0))
+            continue
+        if isinstance(coupling, Apart):  # in all directions alike
             continue
         start = coupling.rows([np.zeros(4)] * arms)
         slopes = np.array([_slopes(coupling, arms, index, start.values) for index in range(3 * arms)])

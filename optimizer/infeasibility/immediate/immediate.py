@@ -10,6 +10,7 @@ from optimizer.infeasibility.immediate.base_regions import floor_conflicts, regi
 from optimizer.infeasibility.immediate.cause import Infeasibility
 from optimizer.infeasibility.immediate.coupling_conflicts import coupling_conflicts
 from optimizer.infeasibility.immediate.fixed_bodies import fixed_body_conflicts
+from optimizer.infeasibility.immediate.one_place import one_place_conflicts
 from optimizer.infeasibility.immediate.relative_bases import relative_base_conflicts
 from optimizer.infeasibility.immediate.self_distances import self_distance_conflicts
 from optimizer.layout import Layout, Outcome, Search
@@ -29,7 +30,7 @@ def immediate_infeasibility(cell: Cell, deadline: float = inf) -> tuple[Infeasib
     """
     clearances = cell.surroundings.clearances
     model = CollisionModel(cell.arms, cell.surroundings) if clearances.any else None
-    found = list(coupling_conflicts(cell))
+    found = [*coupling_conflicts(cell), *one_place_conflicts(cell)]
     if model is not None:
         found += fixed_body_conflicts(cell, model, deadline)
         found += self_distance_conflicts(cell, model, deadline)

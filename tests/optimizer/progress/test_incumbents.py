@@ -21,15 +21,17 @@ from tests.support.acceptance import load
 
 LINE, _ = load("line")
 POINT = ArmPoint(np.array([0.1, 0.2, 0.0]), 0.5, np.zeros((len(LINE.task), 6)), (1, 1, 1))
+ASIDE = replace(POINT, position=np.array([0.1, 1.2, 0.0]))
 
 
 def test_better_layouts_are_told_and_others_are_not() -> None:
     told: list[Event] = []
     with watching(told.append, lambda: False), recording(LINE, time.perf_counter()) as seen:
         for objective in (5.0, 6.0, 5.0 * (1.0 - 1e-9), 4.0):
-            layout_found((POINT, POINT), objective)
+            layout_found((POINT, ASIDE), objective)
         first = seen.first_time
-    layout_found((POINT, POINT), 1.0)  # nobody records
+        layout_found((POINT, POINT), 1.0)  # in one place
+    layout_found((POINT, ASIDE), 1.0)  # nobody records
     assert [event.objective for event in told if isinstance(event, Incumbent)] == [5.0, 4.0]
     assert first is not None
     assert first >= 0.0
@@ -43,7 +45,7 @@ def test_arms_by_themselves_count_once_all_are_placed_and_only_where_nothing_cou
         with recording(cell, 0.0) as seen:
             arm_found(cell, main, POINT, 2.0)
             assert seen.objective is None
-            arm_found(cell, follower, POINT, 3.0)
+            arm_found(cell, follower, ASIDE, 3.0)
             arm_found(cell, main, POINT, 2.5)
             assert seen.objective == (5.0 if counted else None)
             arm_found(replace(cell), main, POINT, 1.0)  # another cell

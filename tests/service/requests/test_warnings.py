@@ -3,7 +3,6 @@
 import copy
 from typing import Any
 
-import numpy as np
 import pytest
 
 from optimizer.layout import Layout, Outcome, Search
@@ -12,7 +11,6 @@ from service.convert import cell_of
 from service.requests.warnings import warnings_of
 from service.schemas.request import EXAMPLE, LayoutRequest
 from service.validation import validate
-from tests.service.conftest import made_up_layout
 
 Document = dict[str, Any]
 NOTHING = Layout(Outcome.UNKNOWN, None, (), (), Search(0, 0, 0, 0.0), None)
@@ -58,13 +56,6 @@ def test_slips_are_told_at_their_place(name: str) -> None:
     found = told(request_of(**arm))
     assert pointer in found, found
     assert words in found[pointer]
-
-
-def test_arms_in_one_place_are_told() -> None:
-    request = request_of()
-    layout = made_up_layout(request)
-    assert np.array_equal(layout.placements[0].position, layout.placements[1].position)
-    assert "main and follower stand in one place" in told(request, layout)["/arms/1/base"]
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])

@@ -1,0 +1,30 @@
+"""Base regions so small and so near to each other that two arms would stand in one place."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+
+from models.cell import Cell
+from models.kept import KEPT
+from models.one_place import NEAREST, one_machine
+from optimizer.infeasibility.immediate.cause import SURE, Infeasibility, millimetres
+
+
+def one_place_conflicts(cell: Cell) -> tuple[Infeasibility, ...]:
+    """Pairs of arms whose bases are too near to each other wherever they stand in their regions."""
+    found = []
+    for first, second in combinations(range(len(cell.arms)), 2):
+        one, other = cell.arms[first], cell.arms[second]
+        low, high = (np.array([arm.base.bounds[:3, side] for arm in (one, other)]) for side in (0, 1))
+        most = float(np.linalg.norm(np.maximum(high[1] - low[0], high[0] - low[1])))
+        if most < NEAREST - KEPT - SURE and not one_machine(one, other):
+            detail = (
+                f"{one.name} and {other.name} would stand in one place: their base regions leave {millimetres(most)} "
+                f"between them, and two bases need {millimetres(NEAREST)} at least; move or widen a region"
+            )
+            found.append(
+                Infeasibility("collision", detail, (first, second), missing=NEAREST - most, pointer="/arms", unit="m")
+            )
+    return tuple(found)

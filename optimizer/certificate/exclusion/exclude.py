@@ -24,6 +24,7 @@ from optimizer.certificate.exclusion.self_contact import self_slack
 from optimizer.certificate.exclusion.yaw_cells import yaw_cells
 from optimizer.coupled.scene import Scene
 from optimizer.reduced import ReducedProblem
+from optimizer.watch import check_stop
 
 NO_LEVELS: Mapping[int, float] = {}
 ROWS = 1000
@@ -140,6 +141,7 @@ class Excluder:
         places = self.bodies.points.placed(moved.frames)
         left = np.arange(len(rows))
         for other in sorted(self.bodies.others, key=lambda other: -self.hits.get(other.cause, 0)):
+            check_stop()
             slack = self._keeps_off(moved[left], places[left], other, mounted[left], levels)
             self._note(found, rows[left], other.cause, slack, levels)
             left = np.flatnonzero(found.code[rows] == 0)

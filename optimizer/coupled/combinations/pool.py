@@ -190,6 +190,7 @@ def _reduced_points(
         some = positions[at : at + CHUNK]
         paths = evaluate(problem, some)
         for k, i in _on_floor(cell, arm, some, paths.yaw, np.argwhere(paths.violation == 0.0)):
+            check_stop()
             joints = paths.joints[:, k, i]
             if arm.min_conditioning is None or conditioning_shortfall(problem, joints[:, None, :])[0] <= 0.0:
                 point = ArmPoint(some[i], float(paths.yaw[k, i]), joints.T, ALL_SIGNS[k])

@@ -84,7 +84,7 @@ def with_what_is_missing(layout: Layout, settings: Settings | None) -> Layout:
     cut = next((number for number, reason in enumerate(layout.reasons) if reason.kind == LIMIT_REACHED), None)
     reasons = list(layout.reasons)
     if cut is not None:
-        words = [reasons[cut].detail.removesuffix(f"; {MORE}")]
+        words = [reasons[cut].detail.removesuffix(f"; {MORE}").partition("; not computed")[0]]
         words += [f"not computed, and null or empty here: {', '.join(missing)}"] if missing else []
         reasons[cut] = replace(reasons[cut], detail="; ".join([*words, MORE]))
     elif missing:

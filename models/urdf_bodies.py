@@ -6,6 +6,7 @@ the chain (a gripper's fingers, a torso's other arm) are taken where these joint
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
 from typing import Any, Literal
@@ -17,6 +18,7 @@ import pinocchio as pin
 from models.arrays import Floats
 from models.errors import InvalidInput, InvalidRobot
 from models.geometry.link_meshes import LONGEST, LinkMeshes, MeshSource
+from models.geometry.piece_cache import PieceCache
 from models.kinematics import reach
 from models.links import LinkBody, estimated_bodies
 from models.pose import inverse, rotation_from_rpy, transform
@@ -33,6 +35,26 @@ MissingMeshes = Literal["refuse", "estimate"]
 """What becomes of links whose mesh is missing or cannot be read."""
 
 
+def _nobody(link: str, done: int, total: int) -> None:
+    """Follows nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class MeshWork:
+    """How meshes are taken apart, which takes a second each.
+
+    Attributes:
+        cache: where pieces are kept; None: in the memory of this process.
+        progress: told the link that is begun, how many with meshes are done, and how many there are.
+    """
+
+    cache: PieceCache | None = None
+    progress: Callable[[str, int, int], None] = _nobody
+
+
+IN_MEMORY = MeshWork()
+
+
 @dataclass(frozen=True, slots=True)
 class LinkGeometry:
     """Bodies of a robot's links.
@@ -47,7 +69,12 @@ class LinkGeometry:
 
 
 def urdf_link_bodies(
-    document: ElementTree.Element, model: Any, robot: Robot, meshes: MeshSource, missing: MissingMeshes = "refuse"
+    document: ElementTree.Element,
+    model: Any,
+    robot: Robot,
+    meshes: MeshSource,
+    missing: MissingMeshes = "refuse",
+    work: MeshWork = IN_MEMORY,
 ) -> LinkGeometry:
     """Collision bodies of every link that the chain carries or stands on.
 
@@ -57,6 +84,7 @@ def urdf_link_bodies(
         robot: the chain, as `models.urdf.robot_from_urdf` made it.
         meshes: where meshes come from.
         missing: "estimate": links whose mesh is missing or unreadable get the capsules of `models.links`.
+        work: where pieces of meshes are kept, and who follows.
 
     Raises:
         InvalidRobot: a missing or unusable mesh or primitive, or too many bodies; the pointer names the link.
@@ -64,10 +92,15 @@ def urdf_link_bodies(
     carriers = _carriers(model, robot)
     source = f"collision geometry of {robot.source}"
     bodies: list[LinkBody] = []
-    taken = _Taken(LinkMeshes(document, meshes), missing == "estimate", reach(robot))
+    taken = _Taken(LinkMeshes(document, meshes, work.cache), missing == "estimate", reach(robot))
+    followed = [
+        link.get("name", "") for link in document.findall("link") if link.find("collision/geometry/mesh") is not None
+    ]
     for link in document.findall("link"):
         name = link.get("name", "")
         index, place = carriers[name]
+        if name in followed:
+            work.progress(name, followed.index(name), len(followed))
         for number, element in enumerate(link.findall("collision")):
             try:
                 shapes = taken.shapes(element, name, index)

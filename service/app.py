@@ -14,8 +14,10 @@ from fastapi.telemetry import TelemetryConfig
 
 from service import error_handlers, metrics, openapi, telemetry
 from service.api import docs, evaluate, events, health, layouts, meshes, robots
+from service.api import imports as imports_api
 from service.api.state import State
 from service.evaluations import Evaluations
+from service.imports import Imports
 from service.issues import InvalidRequest
 from service.jobs.active import Rules
 from service.jobs.jobs import Capacity, Jobs
@@ -77,7 +79,8 @@ def create_app(
         monitor = Monitor(runs_on, settings.self_test_every)
         acceptance = Acceptance(settings)
         evaluations = Evaluations(runs_on, limit=settings.evaluate_limit, most=settings.max_evaluations)
-        app.state.duocell = State(settings, jobs, acceptance, evaluations, monitor, Library(settings.data_dir), intake)
+        library, imports = Library(settings.data_dir), Imports()
+        app.state.duocell = State(settings, jobs, acceptance, evaluations, monitor, library, intake, imports)
         background = [asyncio.create_task(monitor.watch()), asyncio.create_task(_load_robots(monitor))]
         try:
             yield
@@ -87,6 +90,7 @@ def create_app(
             await asyncio.gather(*background, return_exceptions=True)
             await jobs.close(settings.drain)
             await acceptance.stop()
+            await imports.stop()
             await intake.stop()
             await runs_on.stop()
 
@@ -99,7 +103,7 @@ def create_app(
         telemetry={**telemetry.config(), **(traces or {})},
     )
     error_handlers.install(app)
-    for part in (evaluate, layouts, events, robots, meshes, health, docs):
+    for part in (evaluate, layouts, events, robots, imports_api, meshes, health, docs):
         app.include_router(part.router)
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
     openapi.install(app)

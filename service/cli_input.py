@@ -64,7 +64,10 @@ def library_from(data_dir: Path, urdfs: RobotUrdfs) -> Library:
         path, base, tip = (*rest.split(":"), "", "")[:3]
         try:
             warn = partial(_warn, option)
-            robots[name] = robot_on_disk(name, Path(path), base or None, tip or None, warn, urdfs.missing_meshes)
+            follow = partial(_show_link, option)
+            robots[name] = robot_on_disk(
+                name, Path(path), base or None, tip or None, warn, urdfs.missing_meshes, follow
+            )
         except InvalidInput as error:
             raise InvalidRequest([Issue("", f"--robot-urdf {option}: {error.detail}", error.code)]) from error
     return Library(data_dir, given=robots, deleted=True)
@@ -72,6 +75,12 @@ def library_from(data_dir: Path, urdfs: RobotUrdfs) -> Library:
 
 def _warn(option: str, detail: str) -> None:
     sys.stderr.write(f"warning: --robot-urdf {option}: {detail}\n")
+
+
+def _show_link(option: str, link: str, done: int, total: int) -> None:
+    """One line a link, which takes about a second; nothing where nobody watches."""
+    if sys.stderr.isatty():
+        sys.stderr.write(f"--robot-urdf {option}: the shape of link {link} ({done + 1} of {total})\n")
 
 
 def complain(issues: Iterable[Issue]) -> int:

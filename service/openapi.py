@@ -39,6 +39,7 @@ GUARDED_WITH = ("401", "429")
 PROBLEMS = {
     "400": "The body is no JSON document.",
     "401": "The service asks for a key and there is none, or an unknown one.",
+    "403": "It belongs to everybody, and is not deleted for one key.",
     "404": "There is nothing of that name.",
     "409": "Not in its present state: it is in use, has ended, or is being taken in already.",
     "413": "The body is too large.",
@@ -55,7 +56,7 @@ HEADERS: dict[str, dict[str, Any]] = {
     "ETag": {"description": "Changes whenever the layout does.", "schema": {"type": "string"}},
     "Retry-After": {"description": "Seconds after which to ask again.", "schema": {"type": "integer"}},
     "Link": {"description": 'The next page, `rel="next"`, if there is one.', "schema": {"type": "string"}},
-    "Preference-Applied": {"description": "The wait that was granted (RFC 7240).", "schema": {"type": "string"}},
+    "Preference-Applied": {"description": "What was granted (RFC 7240).", "schema": {"type": "string"}},
     "WWW-Authenticate": {"description": "How to send a key (RFC 6750).", "schema": {"type": "string"}},
     "X-Request-ID": {"description": "The request's name in the log of the service.", "schema": {"type": "string"}},
     "RateLimit-Policy": {
@@ -71,6 +72,8 @@ SENT_WITH: dict[tuple[str, str], list[str]] = {
     ("create_layout", "200"): ["Location", "ETag", "Preference-Applied"],
     ("create_layout", "202"): ["Location", "ETag", "Retry-After", "Preference-Applied"],
     ("create_robot", "201"): ["Location"],
+    ("create_robot", "202"): ["Location", "Retry-After", "Preference-Applied"],
+    ("get_import", "200"): ["Retry-After"],
     ("create_mesh", "200"): ["Location"],
     ("create_mesh", "201"): ["Location"],
     ("create_layout", "409"): ["Retry-After"],
@@ -99,6 +102,16 @@ ASKED_WITH: dict[str, list[dict[str, Any]]] = {
             "schema": {"type": "string", "pattern": PATTERN},
             "example": "8e03978e-40d5-43dd-bc93-6894a57f9324",
         },
+    ],
+    "create_robot": [
+        {
+            "name": "Prefer",
+            "in": "header",
+            "required": False,
+            "description": "`respond-async`: answer as soon as the files are there, with the address to follow.",
+            "schema": {"type": "string"},
+            "example": "respond-async",
+        }
     ],
     "follow_layout": [
         {

@@ -1,4 +1,4 @@
-"""The request header Prefer (RFC 7240), as far as it concerns waiting."""
+"""The request header Prefer (RFC 7240), as far as it concerns waiting, and not waiting."""
 
 from __future__ import annotations
 
@@ -19,3 +19,13 @@ def preferred_wait(headers: list[str], most: float) -> float | None:
         if match is not None:
             return min(float(match[1]), most)
     return None
+
+
+def prefers_async(headers: list[str]) -> bool:
+    """Whether a client would rather be told where to look than wait (``respond-async``).
+
+    Args:
+        headers: values of all Prefer headers.
+    """
+    preferences = (preference.split(";")[0] for preference in ",".join(headers).split(","))
+    return any(preference.strip().lower() == "respond-async" for preference in preferences)

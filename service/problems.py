@@ -41,6 +41,7 @@ KINDS: dict[str, Kind] = {
         403, "What belongs to everybody is not deleted for one key", "Ask the operator to delete it."
     ),
     "robot-not-found": Kind(404, "No such robot", "`GET /v1/robots` lists all of them."),
+    "import-not-found": Kind(404, "No such upload", "`GET /v1/robots` lists what was finished."),
     "mesh-not-found": Kind(404, "No such mesh", "`GET /v1/meshes` lists all of them."),
     "too-slow": Kind(408, "The body did not arrive in time", "Send it again."),
     "robot-exists": Kind(409, "Another robot has this name", "Choose another name, or delete that robot first."),

@@ -5,7 +5,8 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from pathlib import Path
+from typing import Any, ClassVar
 from xml.etree import ElementTree
 
 from models.description.chain_choice import ChainChoice, choose_chain
@@ -14,11 +15,14 @@ from models.errors import InvalidInput
 from models.links import LinkBody
 from models.robot import Robot
 from models.urdf import robot_of_chain
-from models.urdf_bodies import MissingMeshes, mesh_names, urdf_link_bodies
+from models.urdf_bodies import IN_MEMORY, MeshWork, MissingMeshes, mesh_names, urdf_link_bodies
 from models.urdf_file import build_model, parse_document
+from optimizer.events import Event
+from optimizer.watch import tell
 from service.convert_linear_limits import linear_limits_of
 from service.issues import InvalidRequest, Issues, shortened
 from service.mesh_archive import MeshArchive
+from service.piece_files import PieceFiles
 from service.schemas.arm import LinearLimit
 from service.settings import Limits
 from service.user_robot import UserRobot
@@ -61,8 +65,26 @@ class Described:
     chain: ChainChoice
 
 
-def robot_from_files(files: RobotFiles, limits: Limits) -> UserRobot:
+@dataclass(frozen=True, slots=True)
+class LinkBegun(Event):
+    """The meshes of a link are read and taken apart now; so many links are done, of so many that have meshes."""
+
+    kind: ClassVar[str] = "link"
+    link: str
+    done: int
+    total: int
+
+
+def robot_from_upload(files: RobotFiles, limits: Limits, pieces: Path) -> UserRobot:
+    """As `robot_from_files`, in a process whose server follows the links; pieces of meshes are kept in a folder."""
+    return robot_from_files(files, limits, MeshWork(PieceFiles(pieces), lambda *told: tell(LinkBegun(*told))))
+
+
+def robot_from_files(files: RobotFiles, limits: Limits, work: MeshWork = IN_MEMORY) -> UserRobot:
     """The robot in a user's files.
+
+    Args:
+        files: see there. limits: how large they may be. work: see `models.urdf_bodies.MeshWork`.
 
     Raises:
         InvalidRequest: with everything that is wrong with them; the pointers name parts of the form.
@@ -83,7 +105,7 @@ def robot_from_files(files: RobotFiles, limits: Limits) -> UserRobot:
     if files.missing_meshes == "refuse":
         issues.raise_any()
     try:
-        return replace(complete(described, files, contents), meshes=archive.used)
+        return replace(complete(described, files, contents, work), meshes=archive.used)
     except InvalidInput as error:
         _note(error, issues)
         raise InvalidRequest(issues.found) from error
@@ -129,13 +151,16 @@ def describe(files: RobotFiles) -> Described:
     return Described(document, model, replace(robot, name=files.name, description=digest), chain)
 
 
-def complete(described: Described, files: RobotFiles, contents: Mapping[str, bytes]) -> UserRobot:
+def complete(
+    described: Described, files: RobotFiles, contents: Mapping[str, bytes], work: MeshWork = IN_MEMORY
+) -> UserRobot:
     """The whole robot.
 
     Args:
         described: see `describe`.
         files: what it was made from.
         contents: of the meshes of `mesh_names` that are there.
+        work: see `models.urdf_bodies.MeshWork`.
 
     Raises:
         InvalidRobot: see `models.urdf_bodies.urdf_link_bodies`.
@@ -147,7 +172,7 @@ def complete(described: Described, files: RobotFiles, contents: Mapping[str, byt
             raise FileNotFoundError(name)
         return contents[name]
 
-    found = urdf_link_bodies(described.document, described.model, robot, read, files.missing_meshes)
+    found = urdf_link_bodies(described.document, described.model, robot, read, files.missing_meshes, work)
     robot = replace(robot, notes=(*robot.notes, *found.notes, *_unknown_shapes(robot, found.bodies)))
     return UserRobot(robot, found.bodies or None, version_of(robot, files.urdf, contents), chain=described.chain)
 

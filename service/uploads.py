@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AsyncExitStack, contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Any
 
 from fastapi import Request
@@ -14,12 +15,13 @@ from fastapi.concurrency import run_in_threadpool
 
 from models import catalogue
 from service.form import Form, read_form
+from service.imports import Import, Imports
 from service.issues import InvalidRequest, Issue, shortened
 from service.library import Library
 from service.mesh_intake import mesh_from_file
 from service.problems import Problem
 from service.resources import timestamp
-from service.robot_intake import RobotFiles, robot_from_files
+from service.robot_intake import RobotFiles, robot_from_upload
 from service.schemas.arm import LinearLimit, LinearLimitRows
 from service.settings import Limits, Settings
 from service.shelf import NAME, Shelf
@@ -27,6 +29,7 @@ from service.user_mesh import UserMesh, mesh_document
 from service.user_robot import as_document
 from service.validation import validate
 from service.validation.strict_json import NotJson, parse
+from service.workers.executor import Report
 from service.workers.import_worker import ImportWorker
 
 log = logging.getLogger(__name__)
@@ -43,24 +46,57 @@ async def take_robot(request: Request, library: Library, intake: ImportWorker, s
         InvalidRequest: the robot cannot be used.
     """
     async with intake.place():
-        form = await read_form(
-            request,
-            texts=("name", "base_link", "tip", "missing_meshes", "linear_limits"),
-            files=("urdf", "meshes"),
-            required=("name", "urdf"),
-            most=settings.max_upload,
-            within=settings.upload_time_limit,
-        )
-        name = form.texts["name"]
-        _check_missing_meshes(form)
-        files = _robot_files(name, form)
-        await run_in_threadpool(_check_name, name, library)
-        _check_place(library.robot_shelf, settings)
-        robot = await intake.run(robot_from_files, files, Limits(**settings.model_dump()))
+        files = await _robot_sent(request, library, settings)
+        await _keep_robot(files, library, intake, settings, lambda kind, data: None)
+    return files.name
+
+
+async def begin_robot(
+    request: Request, library: Library, intake: ImportWorker, settings: Settings, imports: Imports, owner: str
+) -> Import:
+    """As `take_robot`, but once the body is there nobody waits for the rest.
+
+    Raises:
+        Problem, InvalidRequest: as far as that is seen without the files being read.
+    """
+    async with AsyncExitStack() as stack:
+        await stack.enter_async_context(intake.place())
+        files = await _robot_sent(request, library, settings)
+        held = stack.pop_all()
+
+    async def work(report: Report) -> None:
+        async with held:
+            await _keep_robot(files, library, intake, settings, report)
+
+    return imports.begin(owner, files.name, work)
+
+
+async def _robot_sent(request: Request, library: Library, settings: Settings) -> RobotFiles:
+    """What a request brings, if there is a place for it."""
+    form = await read_form(
+        request,
+        texts=("name", "base_link", "tip", "missing_meshes", "linear_limits"),
+        files=("urdf", "meshes"),
+        required=("name", "urdf"),
+        most=settings.max_upload,
+        within=settings.upload_time_limit,
+    )
+    name = form.texts["name"]
+    _check_missing_meshes(form)
+    files = _robot_files(name, form)
+    await run_in_threadpool(_check_name, name, library)
+    _check_place(library.robot_shelf, settings)
+    return files
+
+
+async def _keep_robot(
+    files: RobotFiles, library: Library, intake: ImportWorker, settings: Settings, report: Report
+) -> None:
+    limits = Limits(**settings.model_dump())
+    robot = await intake.run(robot_from_upload, files, limits, _pieces(settings), report=report)
     dated = replace(robot, created_at=timestamp(datetime.now(UTC)) or "")
-    if not await run_in_threadpool(_put, library, library.robot_shelf, name, as_document(dated), settings):
-        raise _exists(name)
-    return name
+    if not await run_in_threadpool(_put, library, library.robot_shelf, files.name, as_document(dated), settings):
+        raise _exists(files.name)
 
 
 async def take_mesh(
@@ -85,7 +121,7 @@ async def take_mesh(
         label = form.texts.get("name", file.name)
         _check_label(label)
         _check_place(library.mesh_shelf, settings)
-        mesh = await intake.run(mesh_from_file, file.data, file.name, label)
+        mesh = await intake.run(mesh_from_file, file.data, file.name, label, _pieces(settings))
     dated = replace(mesh, created_at=timestamp(datetime.now(UTC)) or "")
     new = await run_in_threadpool(_put, library, library.mesh_shelf, mesh.id, mesh_document(dated), settings)
     kept = await run_in_threadpool(library.user_mesh, mesh.id)
@@ -140,6 +176,11 @@ def _check_own(shelf: Shelf | None, own: Shelf, library: Library, what: str) -> 
 def no_mesh(mesh_id: str) -> Problem:
     """What to say about a mesh that is not there."""
     return Problem("mesh-not-found", f"There is no mesh {shortened(mesh_id)}. `GET /v1/meshes` lists all of them.")
+
+
+def _pieces(settings: Settings) -> Path:
+    """Where convex pieces of meshes are kept: they belong to nobody, for who has the same mesh has them too."""
+    return settings.data_dir.absolute() / "pieces"
 
 
 def _robot_files(name: str, form: Form) -> RobotFiles:

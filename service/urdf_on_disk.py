@@ -11,9 +11,11 @@ from pathlib import Path
 
 from models.description.chain_choice import ChainChoice
 from models.errors import InvalidInput, InvalidRobot
+from models.geometry.piece_cache import PieceCache
 from models.robot import Robot
-from models.urdf_bodies import MissingMeshes, mesh_names
+from models.urdf_bodies import MeshWork, MissingMeshes, mesh_names
 from models.urdf_meshes import meshes_near
+from service.piece_files import PieceFiles
 from service.robot_intake import ESTIMATE, Described, RobotFiles, complete, describe, version_of
 from service.shelf import Shelf
 from service.user_robot import FORMAT, UserRobot, as_document, from_document
@@ -29,6 +31,7 @@ def robot_on_disk(
     tip: str | None,
     warn: Callable[[str], None],
     missing_meshes: MissingMeshes = "refuse",
+    progress: Callable[[str, int, int], None] = lambda link, done, total: None,
 ) -> UserRobot:
     """A robot from a file, as `service.robot_intake.robot_from_files` makes it from an upload.
 
@@ -38,6 +41,7 @@ def robot_on_disk(
         base_link: see `models.urdf.robot_from_urdf`. tip: likewise.
         warn: told what shapes are estimated for want of a mesh, and what other arm could be meant.
         missing_meshes: "estimate": the shape of links whose mesh is missing or unreadable is estimated.
+        progress: see `models.urdf_bodies.MeshWork`.
 
     Raises:
         InvalidRobot: unreadable, no robot, or meshes that are missing or cannot be used.
@@ -56,7 +60,9 @@ def robot_on_disk(
     if not contents:
         return complete(described, files, contents)
     kept = _kept(described.robot, version_of(described.robot, files.urdf, contents))
-    return replace(kept, chain=described.chain) if kept else _keep(complete(described, files, contents))
+    if kept is not None:
+        return replace(kept, chain=described.chain)
+    return _keep(complete(described, files, contents, MeshWork(_piece_cache(), progress)))
 
 
 def _tell_of_others(chain: ChainChoice, warn: Callable[[str], None]) -> None:
@@ -81,10 +87,22 @@ def _contents(described: Described, path: Path) -> tuple[dict[str, bytes], list[
     return contents, lost
 
 
+def _cache_folder() -> Path:
+    """Where this user's programs keep what they can make again."""
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "duocell"
+
+
 def _shelf() -> Shelf:
     """Where robots are kept that were taken apart before."""
-    cache = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Shelf(Path(cache) / "duocell" / "robots")
+    return Shelf(_cache_folder() / "robots")
+
+
+def _piece_cache() -> PieceCache | None:
+    """Where pieces of meshes are kept, for robots that share them; None without a home."""
+    try:
+        return PieceFiles(_cache_folder() / "pieces")
+    except RuntimeError:
+        return None
 
 
 def _kept(robot: Robot, version: str) -> UserRobot | None:

@@ -53,11 +53,13 @@ class Decomposition:
         pieces: together they contain every part of the mesh that has volume.
         dent: m, deepest dent that they fill, as sampled: how far they stick out of the mesh.
         left_out: parts without volume that stick out of the pieces, and are not contained.
+        extent: (3,) m, sides of the box along the axes that holds the mesh.
     """
 
     pieces: tuple[ConvexHull, ...]
     dent: float
     left_out: int
+    extent: Floats
 
 
 @dataclass(eq=False, slots=True)
@@ -104,7 +106,8 @@ def decompose(mesh: Mesh, most: int = MOST_PIECES) -> Decomposition:
         except (InvalidInput, QhullError):  # thinner than any solid
             flat.append(part.triangles)
     more, left_out = _around_flat(flat, pieces)
-    return Decomposition((*pieces, *more), max((part.dent for part in parts), default=0.0), left_out)
+    dent = max((part.dent for part in parts), default=0.0)
+    return Decomposition((*pieces, *more), dent, left_out, np.ptp(mesh.vertices, axis=0))
 
 
 def _cut(parts: list[_Part], deep: float, most: int) -> None:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections import Counter, OrderedDict
+from collections import Counter
 from collections.abc import Callable
 from xml.etree import ElementTree
 
@@ -12,6 +11,7 @@ import numpy as np
 from models.arrays import Floats
 from models.errors import InvalidInput
 from models.geometry.decomposition import MOST_PIECES, Decomposition, decompose
+from models.geometry.piece_cache import PieceCache, PiecesInMemory, key_of
 from models.meshes import in_metres, read_triangles
 
 MeshSource = Callable[[str], bytes]
@@ -23,8 +23,7 @@ MOST_CUTS = 112
 LONGEST = 20.0
 """m; a longer mesh of what stands is taken for one in millimetres."""
 
-_KEPT = 256
-_kept: OrderedDict[tuple[str, str, tuple[float, ...], int], Decomposition] = OrderedDict()
+_in_memory = PiecesInMemory()
 
 
 class LinkMeshes:
@@ -33,10 +32,12 @@ class LinkMeshes:
     Args:
         document: its ``<robot>`` element; says how many meshes there are, and how many a link has.
         source: where their contents come from.
+        cache: where pieces are kept; None: in the memory of this process.
     """
 
-    def __init__(self, document: ElementTree.Element, source: MeshSource) -> None:
+    def __init__(self, document: ElementTree.Element, source: MeshSource, cache: PieceCache | None = None) -> None:
         self._source = source
+        self._cache = _in_memory if cache is None else cache
         self._in_link: Counter[str] = Counter()
         files = set()
         for link in document.findall("link"):
@@ -59,15 +60,14 @@ class LinkMeshes:
         """
         data, kind = self._source(filename), filename.rsplit(".", 1)[-1]
         most = max(1, self._most // self._in_link[link])
-        key = hashlib.sha256(data).hexdigest(), kind, tuple(float(factor) for factor in scale), most
-        found = _kept.get(key)
+        key = key_of(data, kind, scale.tolist(), most)
+        found = self._cache.find(key)
         if found is None:
             mesh = in_metres(read_triangles(data, kind), scale)
-            _check_size(np.ptp(mesh.vertices, axis=0), longest)
-            found = _kept[key] = decompose(mesh, most)
-        _kept.move_to_end(key)
-        while len(_kept) > _KEPT:
-            _kept.popitem(last=False)
+            _check_size(np.ptp(mesh.vertices, axis=0), longest)  # before a second's work
+            found = decompose(mesh, most)
+            self._cache.keep(key, found)
+        _check_size(found.extent, longest)
         return found
 
 

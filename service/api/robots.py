@@ -9,16 +9,18 @@ from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import JSONResponse, Response
 
 from models.errors import UnknownRobot
-from service.api.ownership import library_of
+from service.api.ownership import client_of, library_of
 from service.api.state import StateOf
+from service.prefer import prefers_async
 from service.problems import Problem
 from service.robots import robot_document, robot_list
 from service.schemas.resources import ProblemDocument
-from service.schemas.robots import RobotDetail, RobotPage
-from service.uploads import drop_robot, take_robot
+from service.schemas.robots import RobotDetail, RobotImport, RobotPage
+from service.uploads import begin_robot, drop_robot, take_robot
 
 router = APIRouter(prefix="/v1/robots", tags=["robots"])
 
+RETRY_AFTER = "1"
 PROBLEM = {"model": ProblemDocument}
 RobotName = Annotated[str, Path(description="Its name in the list of robots.", examples=["puma560"])]
 
@@ -43,6 +45,7 @@ def list_robots(request: Request, state: StateOf) -> Response:
     response_model=None,
     responses={
         201: {"model": RobotDetail, "description": "Kept; requests may name it."},
+        202: {"model": RobotImport, "description": "It is being read, as `Prefer: respond-async` asked. See Location."},
         **dict.fromkeys((400, 408, 409, 413, 415, 422, 429, 500, 503), PROBLEM),
     },
 )
@@ -51,10 +54,16 @@ async def create_robot(request: Request, state: StateOf) -> Response:
 
     The chain runs from `base_link` to `tip`; without them it is the arm of the file: fingers, cameras and `world` are
     not part of it, and `chain` in the answer tells what was chosen and what else could be meant. Meshes are taken
-    apart into convex pieces, which takes seconds if they have dents. Xacro is not expanded.
+    apart into convex pieces, which takes about a second for each that has dents and was not sent before; with
+    `Prefer: respond-async` the answer comes before that and tells where to follow it. Xacro is not expanded.
     """
-    name = await take_robot(request, library_of(request, state), state.intake, state.settings)
-    document = await run_in_threadpool(robot_document, name, library_of(request, state))
+    library = library_of(request, state)
+    if prefers_async(request.headers.getlist("prefer")):
+        begun = await begin_robot(request, library, state.intake, state.settings, state.imports, client_of(request))
+        headers = {"Location": begun.address, "Preference-Applied": "respond-async", "Retry-After": RETRY_AFTER}
+        return JSONResponse(begun.document(), 202, headers)
+    name = await take_robot(request, library, state.intake, state.settings)
+    document = await run_in_threadpool(robot_document, name, library)
     return JSONResponse(document, 201, {"Location": f"/v1/robots/{name}"})
 
 

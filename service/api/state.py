@@ -8,6 +8,7 @@ from typing import Annotated
 from fastapi import Depends, Request
 
 from service.evaluations import Evaluations
+from service.imports import Imports
 from service.jobs.jobs import Jobs
 from service.library import Library
 from service.requests.acceptance import Acceptance
@@ -27,6 +28,7 @@ class State:
     monitor: Monitor
     library: Library
     intake: ImportWorker
+    imports: Imports
 
 
 def _state(request: Request) -> State:

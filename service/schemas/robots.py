@@ -8,6 +8,7 @@ from pydantic import Field
 
 from service.schemas.base import Answer
 from service.schemas.pose import Pose
+from service.schemas.resources import ProblemDocument
 
 
 class RobotSummary(Answer):
@@ -157,3 +158,21 @@ class RobotDetail(RobotSummary):
     )
     source: str = Field(description="Where geometry and limits come from.", examples=["ssik 8.2.0"])
     licence: str = Field(description="Licence of that source.", examples=["BSD-3-Clause"])
+
+
+class RobotImport(Answer):
+    """An upload that is read in the background."""
+
+    id: str = Field(description="Of the upload.", examples=["5f0c9a7d8e3b4c21a6f7d0e9b8c7a6f5"])
+    name: str = Field(description="Name that the robot is to have.", examples=["my_arm"])
+    status: Literal["reading", "succeeded", "failed"] = Field(description="Where it stands.", examples=["reading"])
+    link: str | None = Field(
+        description="Link whose meshes are taken apart now; null before and after that.", examples=["upper_arm"]
+    )
+    links_done: int = Field(description="Links with meshes that are finished.", examples=[2])
+    links_total: int = Field(description="Links with meshes; 0 until that is known.", examples=[7])
+    robot: str | None = Field(description="Address of the robot, once it is there.", examples=["/v1/robots/my_arm"])
+    problem: ProblemDocument | None = Field(description="Why it failed; null if it did not.")
+    href: str = Field(
+        description="Address of this resource.", examples=["/v1/imports/5f0c9a7d8e3b4c21a6f7d0e9b8c7a6f5"]
+    )

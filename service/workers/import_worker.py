@@ -14,8 +14,7 @@ from typing import Any, TypeVar, cast
 
 from service.issues import InvalidRequest, Issue
 from service.problems import Problem
-from service.workers.executor import WorkerDied
-from service.workers.priority import IMPORTING, give_way
+from service.workers.executor import Report, WorkerDied
 from service.workers.worker_process import WorkerProcess
 
 log = logging.getLogger(__name__)
@@ -25,6 +24,10 @@ Made = TypeVar("Made")
 RETRY_AFTER = "5"
 STARTS = 3
 """Times that a process is started for an upload; after a failure the next one is forked from another fork server."""
+
+
+def _nobody(kind: str, data: str) -> None:
+    """Follows nothing."""
 
 
 class ImportWorker:
@@ -60,12 +63,13 @@ class ImportWorker:
         finally:
             self._present -= 1
 
-    async def run(self, function: Callable[..., Made], *arguments: Any) -> Made:
+    async def run(self, function: Callable[..., Made], *arguments: Any, report: Report = _nobody) -> Made:
         """What a function makes of an upload.
 
         Args:
             function: of a module, so that another process finds it; raises `InvalidRequest` if it is to blame.
             arguments: plain data.
+            report: told kind and JSON data of what the function tells (`optimizer.watch.tell`).
 
         Raises:
             InvalidRequest: the function refuses it, takes too long, or breaks down over it.
@@ -78,7 +82,7 @@ class ImportWorker:
             try:
                 async with asyncio.timeout(self._time_limit):
                     await process.warm()
-                    reply = process.begin(_answer, (function, *arguments), lambda kind, data: None)
+                    reply = process.begin(_answer, (function, *arguments), report)
                     made, issues = await asyncio.shield(reply)
             except TimeoutError as error:
                 raise _refused(
@@ -123,7 +127,6 @@ async def _started() -> WorkerProcess:
 
 def _answer(function: Callable[..., Made], *arguments: Any) -> tuple[Made | None, list[Issue]]:
     """Runs in the process; exceptions with data in them do not travel well."""
-    give_way(IMPORTING)
     try:
         return function(*arguments), []
     except InvalidRequest as error:

@@ -5,9 +5,7 @@ from __future__ import annotations
 import os
 
 READING = 5
-"""Niceness (POSIX) of what somebody waits for: it gets a third of what the server gets."""
-IMPORTING = 10
-"""Niceness of what takes long in any case."""
+"""Niceness (POSIX) of what reads requests: where a processor is shared it gets a third of what the server gets."""
 
 
 def give_way(niceness: int) -> None:

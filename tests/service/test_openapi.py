@@ -46,6 +46,7 @@ def test_every_operation_is_named_and_explained(published: Document) -> None:
         "evaluate_layout",
         "follow_layout",
         "get_health",
+        "get_import",
         "get_layout",
         "get_mesh",
         "get_problem",

@@ -20,7 +20,7 @@ from typing import Any
 from bench.dense_check import judge
 from bench.kept_requests import FOLDER, kept
 from bench.trial import WORSE, Answer, append, ask, table
-from models.cell import Cell
+from models.cell.cell import Cell
 from optimizer.layout import Layout
 from optimizer.settings import Settings
 from service.convert import cell_of, settings_of

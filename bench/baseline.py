@@ -19,7 +19,7 @@ from tempfile import TemporaryDirectory
 from time import process_time
 from typing import Any
 
-from models.errors import DuocellError
+from models.base.errors import DuocellError
 from service.error_handlers import as_problem
 from service.issues import InvalidRequest
 from service.library import Library

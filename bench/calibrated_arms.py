@@ -16,18 +16,18 @@ import numpy as np
 from scipy.optimize import minimize
 
 from bench.trial import Answer, Record, ask, draw_of, is_worse, options_of, run, table
-from models import catalogue
-from models.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
-from models.arrays import Floats
-from models.branches import path_signs
-from models.cell import Cell
-from models.kinematics import characteristic_length, conditioning, flange_poses
-from models.nominal import nominal, posture_form
-from models.numeric_inverse import brought_to
-from models.pose import inverse, rotation_about, transform
-from models.posture import Posture
-from models.robot import Robot
-from models.task import Task
+from models.base.arrays import Floats
+from models.base.pose import inverse, rotation_about, transform
+from models.catalogue import catalogue
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.kinematics.branches import path_signs
+from models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
+from models.kinematics.nominal import nominal, posture_form
+from models.kinematics.numeric_inverse import brought_to
+from models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
+from models.robot.posture import Posture
+from models.robot.robot import Robot
 from optimizer.measure import objective_of
 from optimizer.program import ArmPoint
 from optimizer.settings import Settings

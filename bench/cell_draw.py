@@ -13,16 +13,16 @@ import numpy as np
 
 from bench.dense_bodies import DenseBodies
 from bench.dense_path import ObjectSteps, follow, object_steps
-from models.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
-from models.arrays import Floats
-from models.catalogue import robot
-from models.cell import Cell
-from models.floor import Footprint
-from models.pose import rotation_about, rotation_x, rotation_y, rotation_z, transform
-from models.robot import Robot
-from models.shapes import Body, Box, Capsule, HalfSpace
-from models.surroundings import Clearances, Equipment, Part, Pedestal, Surroundings
-from models.task import Task
+from models.base.arrays import Floats
+from models.base.pose import rotation_about, rotation_x, rotation_y, rotation_z, transform
+from models.catalogue.catalogue import robot
+from models.cell.cell import Cell
+from models.cell.floor import Footprint
+from models.cell.surroundings import Clearances, Equipment, Part, Pedestal, Surroundings
+from models.cell.task import Task
+from models.geometry.shapes import Body, Box, Capsule, HalfSpace
+from models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
+from models.robot.robot import Robot
 from optimizer.reduced import evaluate, reduced_problem
 
 REACH = {

@@ -12,13 +12,13 @@ from bench.cell_draw import SLACK, Draw, base_frames, coarse, keeps_clear
 from bench.dense_bodies import DenseBodies
 from bench.dense_path import follow
 from bench.dense_rules import floor_gap
-from models.arm import Interval
-from models.arrays import Floats
-from models.cell import Cell
-from models.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
-from models.floor import Floor
-from models.pose import rotation_x, rotation_z, transform
-from models.shapes import Body, Box, Capsule, Cylinder, Shape, Sphere
+from models.base.arrays import Floats
+from models.base.pose import rotation_x, rotation_z, transform
+from models.cell.cell import Cell
+from models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from models.cell.floor import Floor
+from models.geometry.shapes import Body, Box, Capsule, Cylinder, Shape, Sphere
+from models.robot.arm import Interval
 
 TRIES = 40
 

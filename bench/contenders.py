@@ -11,7 +11,7 @@ from bench.peers import Peer
 from bench.problem import Clock, Enough, FullProblem, ReducedProblem
 from bench.record import Part, Record
 from bench.tasks import BenchTask
-from models.arrays import Floats
+from models.base.arrays import Floats
 from optimizer.layout import Layout
 from optimizer.optimize import optimize
 from optimizer.penalty import minimise_from, run_baseline

@@ -14,14 +14,14 @@ from bench.cell_draw import PAIRS, REACH, Known
 from bench.long_search import budget, long_search
 from bench.own_stands import own_stands, own_task
 from bench.trial import Record, ask, draw_of, is_worse, options_of, run, table
-from models.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
-from models.arrays import Floats
-from models.catalogue import robot
-from models.cell import Cell
-from models.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
-from models.kinematics import flange_poses
-from models.pose import inverse, rotation_about, rotation_z, transform
-from models.task import Task, line
+from models.base.arrays import Floats
+from models.base.pose import inverse, rotation_about, rotation_z, transform
+from models.catalogue.catalogue import robot
+from models.cell.cell import Cell
+from models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from models.cell.task import Task, line
+from models.kinematics.kinematics import flange_poses
+from models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
 from optimizer.settings import Settings
 
 NAME = "coupled_tasks"

@@ -9,10 +9,10 @@ import coal
 import numpy as np
 
 from bench.dense_shapes import coal_shape
-from models.arm import Arm
-from models.arrays import Floats
-from models.cell import Cell
-from models.links import link_bodies
+from models.base.arrays import Floats
+from models.catalogue.links import link_bodies
+from models.cell.cell import Cell
+from models.robot.arm import Arm
 
 BELOW, ABOVE = 0.02, 1e-3
 """m below the mounting face within which the carrying surface is met, and m above it where the ball starts."""

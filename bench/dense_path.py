@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from models.arm import Arm
-from models.arrays import Floats
-from models.kinematics import FLANGE, pinocchio_model
+from models.base.arrays import Floats
+from models.kinematics.kinematics import FLANGE, pinocchio_model
+from models.robot.arm import Arm
 
 REACHED = 1e-10
 """Length of a twist (m and rad) at which Newton's method has arrived."""

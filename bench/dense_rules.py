@@ -8,12 +8,12 @@ import numpy as np
 from shapely import Polygon
 from shapely.geometry import MultiPoint, Point
 
-from models.arm import Arm, Interval
-from models.arrays import Floats
-from models.cell import Cell
-from models.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
-from models.floor import POINT
-from models.pose import rotation_z
+from models.base.arrays import Floats
+from models.base.pose import rotation_z
+from models.cell.cell import Cell
+from models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from models.cell.floor import POINT
+from models.robot.arm import Arm, Interval
 
 TURN = 2.0 * pi
 

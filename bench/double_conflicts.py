@@ -17,8 +17,8 @@ import numpy as np
 from bench.cells import real_cell
 from bench.planted_conflicts import KINDS, plant
 from bench.trial import Record, options_of, run, table
-from models.cell import Cell
-from models.shapes import Body
+from models.cell.cell import Cell
+from models.geometry.shapes import Body
 from optimizer.findings import Explanation
 from optimizer.infeasibility.changes.candidates import candidates
 from optimizer.infeasibility.changes.remedy import Remedy

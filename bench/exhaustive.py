@@ -20,10 +20,10 @@ from bench.dense_check import dense_check
 from bench.dense_path import ObjectSteps, follow
 from bench.dense_rules import floor_gap
 from bench.grid_stands import lattice_of, stands_of, turned
-from models.arm import TURN
-from models.arrays import Bools, Floats, Ints
-from models.cell import Cell
-from models.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from models.base.arrays import Bools, Floats, Ints
+from models.cell.cell import Cell
+from models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from models.robot.arm import TURN
 
 BLOCK = 48
 """Candidates of each arm per block of pairs."""

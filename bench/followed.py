@@ -18,8 +18,8 @@ from bench.dense_check import ANGLE, LENGTH, base_in_world
 from bench.dense_path import Lost, follow, object_steps
 from bench.random_arms.draw import KINDS, draw
 from bench.trial import Record, ask, options_of, run, table
-from models.cell import Cell
-from models.task import Task
+from models.cell.cell import Cell
+from models.cell.task import Task
 from optimizer.layout import Layout
 from optimizer.settings import Settings
 

@@ -11,14 +11,14 @@ from bench.dense_mounting import carriers, face_depth
 from bench.dense_rules import floor_gap
 from bench.dense_shapes import coal_shape
 from bench.inner_balls import Balls, point_distances
-from models.arm import TURN, Arm
-from models.arrays import Bools, Floats
-from models.cell import Cell
-from models.coupling import Direction, Mirror, Rail
-from models.grasp_zone import outside_zones
-from models.link_frames import link_frames
-from models.links import link_bodies
-from models.shapes import Body
+from models.base.arrays import Bools, Floats
+from models.catalogue.links import link_bodies
+from models.cell.cell import Cell
+from models.cell.coupling import Direction, Mirror, Rail
+from models.collision.grasp_zone import outside_zones
+from models.geometry.shapes import Body
+from models.kinematics.link_frames import link_frames
+from models.robot.arm import TURN, Arm
 from optimizer.reduced import evaluate, reduced_problem
 
 AT_ONCE = 512

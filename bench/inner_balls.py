@@ -14,8 +14,8 @@ from math import ceil
 
 import numpy as np
 
-from models.arrays import Floats, Ints
-from models.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
+from models.base.arrays import Floats, Ints
+from models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
 
 SPACING = 1.3
 """Distance of neighbouring balls over their radius."""

@@ -14,7 +14,7 @@ from bench.images import images
 from bench.random_arms import draw as single
 from bench.redundant_draw import arms_without_reduction, drawn_cell
 from bench.trial import Record, ask, draw_of, options_of, run, table
-from models.cell import Cell
+from models.cell.cell import Cell
 from optimizer.settings import Settings
 
 NAME = "invariance"

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from models import catalogue
+from models.catalogue import catalogue
 
 FOLDER = Path(__file__).resolve().parents[1] / "tests" / "data" / "acceptance" / "search"
 

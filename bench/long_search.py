@@ -17,8 +17,8 @@ from bench.dense_check import dense_check
 from bench.evolution import evolve
 from bench.own_stands import OwnStands, own_stands, own_task
 from bench.own_ties import FreeBases, free_bases
-from models.arrays import Floats
-from models.cell import Cell
+from models.base.arrays import Floats
+from models.cell.cell import Cell
 
 LEAST, MOST, TIMES = 20.0, 60.0, 100.0
 """CPU s that a cell is searched: `TIMES` times what duocell took, between these two."""

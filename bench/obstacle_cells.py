@@ -20,8 +20,8 @@ from bench.obstructed_search import obstructed_search
 from bench.proved_share import keeps_wrists
 from bench.real_cells import energy
 from bench.trial import Answer, Record, ask, draw_of, is_worse, options_of, run
-from models.arrays import Floats
-from models.cell import Cell
+from models.base.arrays import Floats
+from models.cell.cell import Cell
 from optimizer.settings import Settings
 
 NAME = "obstacle_cells"

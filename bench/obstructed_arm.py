@@ -14,12 +14,12 @@ from bench.dense_rules import floor_gap
 from bench.dense_shapes import coal_shape
 from bench.inner_balls import Balls, point_distances
 from bench.own_stands import own_stands, own_task
-from models.arrays import Bools, Floats, Ints
-from models.cell import Cell
-from models.grasp_zone import outside_zones
-from models.link_frames import link_frames
-from models.links import link_bodies
-from models.shapes import Body
+from models.base.arrays import Bools, Floats, Ints
+from models.catalogue.links import link_bodies
+from models.cell.cell import Cell
+from models.collision.grasp_zone import outside_zones
+from models.geometry.shapes import Body
+from models.kinematics.link_frames import link_frames
 
 BRANCHES, LOOKED_AT = 3, 5
 """Branches of a place that are looked at, cheapest first, and poses at which balls are placed."""

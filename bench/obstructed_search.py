@@ -18,8 +18,8 @@ from bench.evolution import evolve
 from bench.long_search import Longest
 from bench.obstructed_arm import DEEP, Looks, ObstructedArm
 from bench.own_ties import free_bases
-from models.arrays import Bools, Floats
-from models.cell import Cell
+from models.base.arrays import Bools, Floats
+from models.cell.cell import Cell
 
 STEPS = 2e-3, 0.01
 """m and rad; steps of the dense check."""

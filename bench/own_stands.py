@@ -12,10 +12,10 @@ from math import pi
 import numpy as np
 
 from bench.own_arm import OwnArm, inverse, own_arm
-from models.arm import SINGULAR_WRIST, TURN, Arm
-from models.arrays import Bools, Floats
-from models.cell import Cell
-from models.kinematics import characteristic_length
+from models.base.arrays import Bools, Floats
+from models.cell.cell import Cell
+from models.kinematics.kinematics import characteristic_length
+from models.robot.arm import SINGULAR_WRIST, TURN, Arm
 
 YAWS = 72
 """Yaws from which a family of jobs chooses, before the best of them is refined."""

@@ -10,10 +10,10 @@ from math import cos, pi, sin
 
 import numpy as np
 
-from models.arm import Interval
-from models.arrays import Floats
-from models.cell import Cell
-from models.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from models.base.arrays import Floats
+from models.cell.cell import Cell
+from models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from models.robot.arm import Interval
 
 
 @dataclass(frozen=True, eq=False)

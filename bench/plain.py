@@ -12,11 +12,11 @@ import numpy as np
 from bench.evaluation import drag
 from bench.server import request_of, serving
 from bench.tasks import MAIN_GRASP, free_height, thesis_arc, thesis_line, ur_beam
-from models.arm import Arm, BaseRegion, Interval, range_weights
-from models.catalogue import robot
-from models.cell import Cell
-from models.pose import rotation_z, transform
-from models.task import line
+from models.base.pose import rotation_z, transform
+from models.catalogue.catalogue import robot
+from models.cell.cell import Cell
+from models.cell.task import line
+from models.robot.arm import Arm, BaseRegion, Interval, range_weights
 from optimizer.optimize import optimize
 from optimizer.settings import CertificateSettings, Settings
 

@@ -15,15 +15,15 @@ import numpy as np
 
 from bench.cells import real_cell
 from bench.trial import Record, options_of, run, table
-from models.arm import Arm, Interval
-from models.cell import Cell
-from models.chain import chain_of
-from models.coupling import Distance
-from models.floor import Floor
-from models.kinematics import characteristic_length
-from models.pose import transform
-from models.screws import conditioning_of
-from models.shapes import Body, Box
+from models.base.pose import transform
+from models.cell.cell import Cell
+from models.cell.coupling import Distance
+from models.cell.floor import Floor
+from models.geometry.shapes import Body, Box
+from models.kinematics.chain import chain_of
+from models.kinematics.kinematics import characteristic_length
+from models.kinematics.screws import conditioning_of
+from models.robot.arm import Arm, Interval
 from optimizer.coupled.scene import Scene
 from optimizer.findings import Explanation
 from optimizer.infeasibility.changes.candidates import candidates

@@ -15,9 +15,9 @@ from typing import Protocol
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Floats
-from models.cell import Cell
+from models.base.arrays import Floats
+from models.cell.cell import Cell
+from models.robot.arm import Arm
 from optimizer import reduced
 from optimizer.gradient import paths_at
 from optimizer.reduced import Paths, evaluate

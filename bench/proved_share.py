@@ -21,8 +21,8 @@ from bench.own_stands import wrist_angles
 from bench.real_cells import energy
 from bench.tasks import thesis_line
 from bench.trial import Answer, Record, add_options, ask, options_from, run, table
-from models.arm import SINGULAR_WRIST
-from models.cell import Cell
+from models.cell.cell import Cell
+from models.robot.arm import SINGULAR_WRIST
 from optimizer.settings import CertificateSettings, Settings
 
 GAP, LIMIT, SEARCH_LIMIT = 0.01, 10.0, 60.0

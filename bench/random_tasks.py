@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arm import Arm, BaseRegion, Interval, range_weights
-from models.arrays import Floats
-from models.catalogue import robot
-from models.cell import Cell
-from models.kinematics import flange_poses
-from models.pose import inverse, rotation_about, rotation_z, transform
-from models.task import Task, line
+from models.base.arrays import Floats
+from models.base.pose import inverse, rotation_about, rotation_z, transform
+from models.catalogue.catalogue import robot
+from models.cell.cell import Cell
+from models.cell.task import Task, line
+from models.kinematics.kinematics import flange_poses
+from models.robot.arm import Arm, BaseRegion, Interval, range_weights
 from optimizer.reduced import evaluate, reduced_problem
 
 FLOOR = 2.4

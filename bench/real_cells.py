@@ -13,8 +13,8 @@ from bench.cell_draw import Known
 from bench.cells import RealCell
 from bench.dense_check import dense_check, judge
 from bench.exhaustive import exhaustive
-from models.cell import Cell
-from models.surroundings import Clearances, Surroundings
+from models.cell.cell import Cell
+from models.cell.surroundings import Clearances, Surroundings
 from optimizer.layout import Layout
 from optimizer.optimize import optimize
 from optimizer.settings import Settings

@@ -19,11 +19,11 @@ import numpy as np
 
 from bench.redundant_draw import KINDS, arms_without_reduction, drawn_cell
 from bench.trial import WORSE, Record, add_options, draw_of, is_worse, options_from, run, table
-from models.arm import Arm
-from models.arrays import Floats, Ints
-from models.cell import Cell
-from models.kinematics import flange_poses
-from models.task import Task
+from models.base.arrays import Floats, Ints
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.kinematics.kinematics import flange_poses
+from models.robot.arm import Arm
 from optimizer.box import search_box
 from optimizer.continuation import continue_paths
 from optimizer.local import solve_locally

@@ -16,16 +16,16 @@ from itertools import pairwise
 import numpy as np
 
 from bench.random_arms.ways import dwelling
-from models.arm import Arm, BaseRegion, Interval, range_weights
-from models.arrays import Floats
-from models.catalogue import names, robot
-from models.cell import Cell
-from models.chain import Chain, chain_of
-from models.closed_form import closed_form
-from models.pose import inverse, rotation_about, rotation_z, transform
-from models.robot import Robot
-from models.screws import forward_and_jacobian, pose_error
-from models.task import line, task_from_poses
+from models.base.arrays import Floats
+from models.base.pose import inverse, rotation_about, rotation_z, transform
+from models.catalogue.catalogue import names, robot
+from models.cell.cell import Cell
+from models.cell.task import line, task_from_poses
+from models.kinematics.chain import Chain, chain_of
+from models.kinematics.closed_form import closed_form
+from models.kinematics.screws import forward_and_jacobian, pose_error
+from models.robot.arm import Arm, BaseRegion, Interval, range_weights
+from models.robot.robot import Robot
 
 KINDS = ("path", "endless", "dwell", "tilted")
 SHAPES = ("line", "arc", "corners")

@@ -9,7 +9,7 @@ from bench import contenders
 from bench.peers import PEERS
 from bench.record import Record
 from bench.tasks import BenchTask
-from models.arm import Arm
+from models.robot.arm import Arm
 from optimizer.layout import Certificate, Layout
 from optimizer.optimize import optimize
 from optimizer.settings import Settings

@@ -16,8 +16,8 @@ from typing import Any
 from urllib.error import URLError
 from urllib.request import Request, urlopen
 
-from models.cell import Cell
-from models.pose import transform
+from models.base.pose import transform
+from models.cell.cell import Cell
 from service.demo import free_port
 
 READY_WITHIN = 60.0

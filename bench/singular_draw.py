@@ -10,15 +10,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.arm import FREE_YAW, Arm, BaseRegion, Interval
-from models.arrays import Floats
-from models.catalogue import robot
-from models.cell import Cell
-from models.family import Job, family
-from models.kinematics import reach
-from models.pose import rotation_about, rotation_z, transform
-from models.posture import ALL_SIGNS
-from models.task import Task
+from models.base.arrays import Floats
+from models.base.pose import rotation_about, rotation_z, transform
+from models.catalogue.catalogue import robot
+from models.cell.cell import Cell
+from models.cell.family import Job, family
+from models.cell.task import Task
+from models.kinematics.kinematics import reach
+from models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval
+from models.robot.posture import ALL_SIGNS
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.reduced import ReducedProblem, reduced_problem
 

@@ -18,12 +18,12 @@ import numpy as np
 
 from bench.soundness_cells import soundness_cell
 from bench.trial import Record, draw_of, options_of, run, table
-from models.arrays import Floats, Ints
-from models.chain import chain_of
-from models.kept import KEPT
-from models.kinematics import characteristic_length
-from models.posture import ALL_SIGNS
-from models.screws import conditioning_of
+from models.base.arrays import Floats, Ints
+from models.base.kept import KEPT
+from models.kinematics.chain import chain_of
+from models.kinematics.kinematics import characteristic_length
+from models.kinematics.screws import conditioning_of
+from models.robot.posture import ALL_SIGNS
 from optimizer.certificate.arm_tree import ArmTree
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.exclusion.causes import TOLERANCE

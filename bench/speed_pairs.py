@@ -29,18 +29,31 @@ from bench.known_cells import case
 from bench.plain import pair
 from bench.tasks import thesis_line
 from bench.trial import Record, append, table
-from models.cell import Cell
-from models.task import Task
+from models.cell.cell import Cell
+from models.cell.task import Task
 
 HERE = Path(__file__).resolve().parents[1]
 CHOSEN = (1, 4, 8, 11, 12)
 """Of the hundred cells."""
 WORKER = """
-import json, pickle, sys, time
-from optimizer.optimize import optimize
-from optimizer.settings import Settings
+import importlib, json, pickle, sys, time
+def module(name):
+    root, *rooms, last = name.split(".")
+    ways = [".".join([root, *rooms[k:], last]) for k in range(len(rooms) + 1)]
+    for way in ways:
+        try:
+            return importlib.import_module(way)
+        except ModuleNotFoundError:
+            continue
+    raise ModuleNotFoundError(name)
+class Reader(pickle.Unpickler):
+    def find_class(self, name, member):
+        ours = name.split('.')[0] in ('models', 'optimizer')
+        return getattr(module(name), member) if ours else super().find_class(name, member)
+optimize = module("optimizer.optimize").optimize
+Settings = module("optimizer.settings").Settings
 with open(sys.argv[1], "rb") as file:
-    warm, cell = pickle.load(file)
+    warm, cell = Reader(file).load()
 count, auto = int(sys.argv[2]), sys.argv[3] == "auto"
 settings = Settings(time_limit=300.0) if auto else Settings(time_limit=300.0, certificate=None)
 optimize(warm, settings)
@@ -55,7 +68,8 @@ first = None if first is None else first * cpu[-1] / wall[-1]
 answer = {"word": layout.outcome.value, "objective": layout.objective, "first": first}
 print(json.dumps({"cpu": sorted(cpu)[count // 2], "wall": sorted(wall)[count // 2], **answer}))
 """
-"""Runs in either checkout: cell in a file, number of calls, "auto" for the automatic certificate."""
+"""Runs in either checkout: cell in a file, number of calls, "auto" for the automatic certificate. Older versions have
+the same modules in fewer rooms."""
 
 
 @dataclass(frozen=True, slots=True)

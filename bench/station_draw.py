@@ -17,11 +17,11 @@ from bench.dense_bodies import DenseBodies
 from bench.dense_check import base_in_world
 from bench.own_stands import OwnTask, own_stands, own_task
 from bench.trial import draw_of
-from models.arrays import Floats
-from models.cell import Cell
-from models.kinematics import flange_poses
-from models.shapes import Body, Box
-from models.task import Task
+from models.base.arrays import Floats
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.geometry.shapes import Body, Box
+from models.kinematics.kinematics import flange_poses
 
 NAME = "stations"
 STATIONS = 5

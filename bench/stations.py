@@ -15,8 +15,8 @@ from bench.dense_check import dense_check
 from bench.own_stands import own_stands
 from bench.station_draw import NAME, StationTask, bodies_at, is_clean, own_station_task, station_task
 from bench.trial import Record, ask, draw_of, options_of, run, table
-from models.arrays import Floats
-from models.cell import Cell
+from models.base.arrays import Floats
+from models.cell.cell import Cell
 from optimizer.layout import Layout
 from optimizer.settings import Settings
 

@@ -6,7 +6,7 @@ from math import degrees
 
 from bench.run import PROOF_GAP
 from bench.tasks import thesis_arc, thesis_line
-from models.arrays import Floats
+from models.base.arrays import Floats
 from optimizer.optimize import optimize
 from optimizer.penalty import METHODS, minimise_from
 from optimizer.reduced import reduced_problem

@@ -15,11 +15,11 @@ import numpy as np
 
 from bench.cells import CELLS, real_cell
 from bench.trial import Record, draw_of, options_of, run
-from models.arm import TURN
-from models.arrays import Floats
-from models.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
-from models.kept import KEPT
-from models.posture import ALL_SIGNS
+from models.base.arrays import Floats
+from models.base.kept import KEPT
+from models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from models.robot.arm import TURN
+from models.robot.posture import ALL_SIGNS
 from optimizer.certificate.arm_tree import ArmTree
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.nodes import Nodes

@@ -16,9 +16,9 @@ import numpy as np
 from bench.own_stands import conditioning, own_stands, own_task
 from bench.random_arms.draw import KINDS, draw
 from bench.trial import Record, ask, draw_of, options_of, run, table
-from models.arm import FREE_YAW, Arm, BaseRegion, Interval
-from models.arrays import Floats
-from models.cell import Cell
+from models.base.arrays import Floats
+from models.cell.cell import Cell
+from models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval
 from optimizer.settings import Settings
 
 NAME = "tight arms"

@@ -18,7 +18,7 @@ from zlib import crc32
 
 import numpy as np
 
-from models.cell import Cell
+from models.cell.cell import Cell
 from optimizer.layout import Layout
 from optimizer.optimize import optimize
 from optimizer.settings import Settings

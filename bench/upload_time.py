@@ -17,7 +17,7 @@ import numpy as np
 import trimesh
 
 from bench.server import serving
-from models.arrays import Floats
+from models.base.arrays import Floats
 from service.robot_intake import RobotFiles, robot_from_files
 from service.settings import Limits
 

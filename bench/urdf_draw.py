@@ -8,12 +8,12 @@ import numpy as np
 import pinocchio as pin
 
 from bench.trial import draw_of
-from models import catalogue
-from models.arrays import Floats
-from models.chain import chain_of
-from models.closed_form import closed_form
-from models.pose import rotation_about, transform
-from models.robot import Robot
+from models.base.arrays import Floats
+from models.base.pose import rotation_about, transform
+from models.catalogue import catalogue
+from models.kinematics.chain import chain_of
+from models.kinematics.closed_form import closed_form
+from models.robot.robot import Robot
 
 HABITS = (
     "plain",

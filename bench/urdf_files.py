@@ -15,11 +15,11 @@ import pinocchio as pin
 
 from bench.trial import Record, options_of, run, table
 from bench.urdf_draw import HABITS, Drawn, draw
-from models.arrays import Floats
-from models.kinematics import flange_poses
-from models.nominal import posture_form
-from models.robot import Robot
-from models.urdf_file import parse_document
+from models.base.arrays import Floats
+from models.description.urdf_file import parse_document
+from models.kinematics.kinematics import flange_poses
+from models.kinematics.nominal import posture_form
+from models.robot.robot import Robot
 from service.issues import InvalidRequest
 from service.robot_intake import RobotFiles, robot_from_files
 from service.settings import Limits

@@ -13,14 +13,14 @@ import numpy as np
 
 from bench.dense_bodies import DenseBodies
 from bench.trial import Record, ask, draw_of, options_of, run, table
-from models.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
-from models.arrays import Floats
-from models.catalogue import robot
-from models.cell import Cell
-from models.kinematics import characteristic_length, conditioning, flange_poses, jacobians
-from models.shapes import Body, HalfSpace
-from models.surroundings import Clearances, Surroundings
-from models.task import Task
+from models.base.arrays import Floats
+from models.catalogue.catalogue import robot
+from models.cell.cell import Cell
+from models.cell.surroundings import Clearances, Surroundings
+from models.cell.task import Task
+from models.geometry.shapes import Body, HalfSpace
+from models.kinematics.kinematics import characteristic_length, conditioning, flange_poses, jacobians
+from models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
 from optimizer.settings import Settings
 
 NAME = "waypoints"

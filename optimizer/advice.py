@@ -8,8 +8,8 @@ from contextvars import copy_context
 from dataclasses import replace
 from math import inf
 
-from models.cell import Cell
-from models.one_place import in_one_place
+from models.cell.cell import Cell
+from models.cell.one_place import in_one_place
 from optimizer.clearance import found_clearances
 from optimizer.coupled.scene import Scene
 from optimizer.findings import Explanation

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Floats
-from models.cell import Cell
-from models.chain import chain_of
-from models.closed_form import ClosedForm, closed_form
-from models.kept import KEPT
-from models.kinematics import reach
-from models.sampling import even_points
+from models.base.arrays import Floats
+from models.base.kept import KEPT
+from models.base.sampling import even_points
+from models.cell.cell import Cell
+from models.kinematics.chain import chain_of
+from models.kinematics.closed_form import ClosedForm, closed_form
+from models.kinematics.kinematics import reach
+from models.robot.arm import Arm
 
 LEVEL = 1e-4
 """Largest cosine between axes 1 and 2 that counts as nearly a right angle: only then is the arm's plane upright."""

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arrays import Floats
-from models.cell import Cell
-from models.collision import CollisionModel, Contact
-from models.kept import KEPT
-from models.surroundings import Clearances, PairClass
+from models.base.arrays import Floats
+from models.base.kept import KEPT
+from models.cell.cell import Cell
+from models.cell.surroundings import Clearances, PairClass
+from models.collision.collision import CollisionModel, Contact
 from optimizer.findings import Clearance
 from optimizer.stretches import Resolution, Walk
 

@@ -13,7 +13,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from models.arrays import Floats
+from models.base.arrays import Floats
 from optimizer.wolfe import Trial, search_line
 
 T = TypeVar("T")

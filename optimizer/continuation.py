@@ -14,13 +14,13 @@ import time
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Bools, Floats
-from models.cell import Cell
-from models.chain import Chain, chain_of
-from models.pose import inverse
-from models.sampling import even_points
-from models.screws import forward_and_jacobian, pose_error
+from models.base.arrays import Bools, Floats
+from models.base.pose import inverse
+from models.base.sampling import even_points
+from models.cell.cell import Cell
+from models.kinematics.chain import Chain, chain_of
+from models.kinematics.screws import forward_and_jacobian, pose_error
+from models.robot.arm import Arm
 from optimizer.box import spread
 from optimizer.layers import LayeredPath, finish_path
 from optimizer.watch import check_stop

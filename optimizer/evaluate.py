@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.arrays import Floats
-from models.cell import Cell
+from models.base.arrays import Floats
+from models.cell.cell import Cell
 from optimizer.clearance import found_clearances
 from optimizer.evaluation.standing import as_given, choices, intervals
 from optimizer.evaluation.together import together

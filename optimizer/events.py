@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from models.arrays import Floats
+from models.base.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True)

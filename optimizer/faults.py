@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Floats
-from models.cell import Cell
-from models.collision import Contact
-from models.kept import KEPT
-from models.one_place import NEAREST, in_one_place
+from models.base.arrays import Floats
+from models.base.kept import KEPT
+from models.cell.cell import Cell
+from models.cell.one_place import NEAREST, in_one_place
+from models.collision.collision import Contact
+from models.robot.arm import Arm
 from optimizer.clearance import ClassClearance, PathClearance
 from optimizer.coupled.scene import world_yaw
 from optimizer.layout import Reason

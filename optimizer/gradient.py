@@ -11,11 +11,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.arm import TURN, Interval
-from models.arrays import Floats
-from models.branches import solve_signed
-from models.kinematics import jacobians
-from models.posture import ALL_SIGNS
+from models.base.arrays import Floats
+from models.kinematics.branches import solve_signed
+from models.kinematics.kinematics import jacobians
+from models.robot.arm import TURN, Interval
+from models.robot.posture import ALL_SIGNS
 from optimizer.reach import ReachRows, reach_rows
 from optimizer.reduced import Paths, ReducedProblem, evaluate
 

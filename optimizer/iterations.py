@@ -7,7 +7,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from models.arrays import Floats
+from models.base.arrays import Floats
 from optimizer.events import Iterated
 from optimizer.structure import Structure
 from optimizer.watch import stopped, tell, watched

@@ -12,17 +12,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arm import SINGULAR_WRIST, TURN, Arm
-from models.arrays import Floats
-from models.branches import posture_of
-from models.cell import Cell
-from models.chain import chain_of
-from models.closed_form import closed_form
-from models.inverse import branches
-from models.nominal import posture_form
-from models.pose import inverse
-from models.posture import ALL_SIGNS
-from models.wrist_singularity import wrist_shortfall
+from models.base.arrays import Floats
+from models.base.pose import inverse
+from models.cell.cell import Cell
+from models.kinematics.branches import posture_of
+from models.kinematics.chain import chain_of
+from models.kinematics.closed_form import closed_form
+from models.kinematics.inverse import branches
+from models.kinematics.nominal import posture_form
+from models.kinematics.wrist_singularity import wrist_shortfall
+from models.robot.arm import SINGULAR_WRIST, TURN, Arm
+from models.robot.posture import ALL_SIGNS
 from optimizer.measure import objective_of
 from optimizer.paths import choose_yaw, lift, unwrap
 from optimizer.single_arm.linear_sums import first_joint_limits, keep_sums, sum_excess

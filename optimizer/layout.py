@@ -7,7 +7,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from models.arrays import Floats, set_frozen
+from models.base.arrays import Floats, set_frozen
 from optimizer.findings import Alternative, Clearance, Explanation, Tolerance
 
 

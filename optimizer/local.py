@@ -12,11 +12,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.arm import Arm
-from models.cell import Cell
-from models.closed_form import closed_form
-from models.singular_margins import lacking_at_poses
-from models.wrist_singularity import wrist_shortfall
+from models.cell.cell import Cell
+from models.cell.singular_margins import lacking_at_poses
+from models.kinematics.closed_form import closed_form
+from models.kinematics.wrist_singularity import wrist_shortfall
+from models.robot.arm import Arm
 from optimizer.measure import largest_step
 from optimizer.pose_rows import BASE
 from optimizer.program import ArmPoint, Cuts, build_program

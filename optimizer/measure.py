@@ -6,17 +6,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Floats
-from models.branches import path_signs, posture_terms
-from models.cell import Cell
-from models.closed_form import ClosedForm
-from models.kinematics import characteristic_length, conditioning
-from models.links import provenance
-from models.nominal import posture_form, singular_fifth
-from models.posture import name_signs
-from models.task import Task
-from models.wrist_singularity import wrist_distance
+from models.base.arrays import Floats
+from models.catalogue.links import provenance
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.kinematics.branches import path_signs, posture_terms
+from models.kinematics.closed_form import ClosedForm
+from models.kinematics.kinematics import characteristic_length, conditioning
+from models.kinematics.nominal import posture_form, singular_fifth
+from models.kinematics.wrist_singularity import wrist_distance
+from models.robot.arm import Arm
+from models.robot.posture import name_signs
 from optimizer.layout import JobShare, Placement
 from optimizer.program import ArmPoint
 

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from models.arrays import Floats, Ints
-from models.collision import CollisionModel, Configurations
-from models.surroundings import PairClass
+from models.base.arrays import Floats, Ints
+from models.cell.surroundings import PairClass
+from models.collision.collision import CollisionModel, Configurations
 
 
 class Motion:

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arm import TURN, Arm
-from models.arrays import Bools, Floats, Ints
-from models.straight_wrist import can_be_straight, straight_wrists
+from models.base.arrays import Bools, Floats, Ints
+from models.kinematics.straight_wrist import can_be_straight, straight_wrists
+from models.robot.arm import TURN, Arm
 from optimizer.reduced import ReducedProblem, evaluate_signed
 
 LEVELS = 12

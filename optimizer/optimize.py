@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, replace
 
-from models.cell import Cell
+from models.cell.cell import Cell
 from optimizer.advice import with_advice
 from optimizer.certificate.budget import automatic
 from optimizer.coupled.found import CoupledSearch

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arrays import Bools, Floats, Ints
-from models.chain import chain_of
-from models.pose import inverse, rotation_vector, transform
-from models.robot import Robot
-from models.screws import forward_and_jacobian, pose_error
+from models.base.arrays import Bools, Floats, Ints
+from models.base.pose import inverse, rotation_vector, transform
+from models.kinematics.chain import chain_of
+from models.kinematics.screws import forward_and_jacobian, pose_error
+from models.robot.robot import Robot
 
 ITERATIONS = 12
 REACHED = 1e-8

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arm import TURN, BaseRegion
-from models.arrays import Floats
+from models.base.arrays import Floats
+from models.robot.arm import TURN, BaseRegion
 from optimizer.common_yaw import JobShifts
 
 Starts = tuple[int, ...]

@@ -15,12 +15,12 @@ from time import perf_counter
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Floats
-from models.cell import Cell
-from models.kinematics import characteristic_length, conditioning, flange_poses
-from models.pose import inverse, rotation_angle, rotation_z, transform
-from models.posture import ALL_SIGNS, name_signs
+from models.base.arrays import Floats
+from models.base.pose import inverse, rotation_angle, rotation_z, transform
+from models.cell.cell import Cell
+from models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
+from models.robot.arm import Arm
+from models.robot.posture import ALL_SIGNS, name_signs
 from optimizer.gradient import Followed, PostureFunction, Signs, paths_at
 from optimizer.layout import Baseline, BaselineArm, PenaltyCycle
 from optimizer.penalty_cycles import Cycles, PenaltySettings

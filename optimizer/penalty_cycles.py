@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from time import perf_counter
 
-from models.arrays import Floats
+from models.base.arrays import Floats
 from optimizer.conjugate_gradients import Point, fletcher_reeves
 from optimizer.gradient import Followed
 from optimizer.layout import PenaltyCycle

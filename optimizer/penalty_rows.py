@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Floats, Ints
-from models.jobs import joined
+from models.base.arrays import Floats, Ints
+from models.cell.jobs import joined
+from models.robot.arm import Arm
 from optimizer.conjugate_gradients import Point
 from optimizer.gradient import Followed, PostureFunction
 

@@ -13,11 +13,11 @@ from functools import lru_cache
 import casadi as ca
 import numpy as np
 
-from models.arrays import Floats
-from models.branches import posture_terms
-from models.closed_form import closed_form
-from models.forward import flange_function
-from models.robot import Robot
+from models.base.arrays import Floats
+from models.kinematics.branches import posture_terms
+from models.kinematics.closed_form import closed_form
+from models.kinematics.forward import flange_function
+from models.robot.robot import Robot
 
 BASE = 4
 """Base variables of an arm: x, y, z [m], yaw [rad]."""

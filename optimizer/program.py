@@ -16,13 +16,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Floats
-from models.branches import path_signs
-from models.cell import Cell
-from models.closed_form import closed_form
-from models.nominal import posture_form, singular_fifth
-from models.singular_margins import SPARE, Margins, margins_along, margins_at_poses
+from models.base.arrays import Floats
+from models.cell.cell import Cell
+from models.cell.singular_margins import SPARE, Margins, margins_along, margins_at_poses
+from models.kinematics.branches import path_signs
+from models.kinematics.closed_form import closed_form
+from models.kinematics.nominal import posture_form, singular_fifth
+from models.robot.arm import Arm
 from optimizer.pose_rows import BASE, target_numbers
 from optimizer.structure import LinearRows, Structure, structure_of
 

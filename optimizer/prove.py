@@ -9,8 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.cell import Cell
-from models.nominal import Nominal
+from models.cell.cell import Cell
+from models.kinematics.nominal import Nominal
 from optimizer.certificate.certify import certify
 from optimizer.certificate.together import prove_together
 from optimizer.coupled.found import CoupledSearch

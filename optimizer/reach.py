@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arrays import Floats
-from models.closed_form import ClosedForm
-from models.pose import rotation_about
-from models.robot import Robot
+from models.base.arrays import Floats
+from models.base.pose import rotation_about
+from models.kinematics.closed_form import ClosedForm
+from models.robot.robot import Robot
 
 TINY = 1e-12
 

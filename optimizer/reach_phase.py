@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arrays import Floats
+from models.base.arrays import Floats
 from optimizer.conjugate_gradients import Descent, Point, fletcher_reeves
 from optimizer.gradient import PostureFunction
 from optimizer.penalty_rows import free_components

@@ -6,15 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.arm import SINGULAR_WRIST, Arm
-from models.arrays import Floats
-from models.branches import solve_signed
-from models.cell import Cell
-from models.chain import chain_of
-from models.kinematics import characteristic_length
-from models.screws import conditioning_of
-from models.task import Task
-from models.wrist_singularity import wrist_shortfall
+from models.base.arrays import Floats
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.kinematics.branches import solve_signed
+from models.kinematics.chain import chain_of
+from models.kinematics.kinematics import characteristic_length
+from models.kinematics.screws import conditioning_of
+from models.kinematics.wrist_singularity import wrist_shortfall
+from models.robot.arm import SINGULAR_WRIST, Arm
 from optimizer.box import reach_windows, search_box
 from optimizer.layers import LayeredPath
 from optimizer.layout import Reason

@@ -12,18 +12,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Bools, Floats, Ints
-from models.branches import Branches, solve_branches, solve_signed
-from models.cell import Cell
-from models.chain import chain_of
-from models.closed_form import ClosedForm, closed_form
-from models.difference import SAME, Difference
-from models.jobs import slices
-from models.kinematics import characteristic_length
-from models.posture import ALL_SIGNS
-from models.screws import conditioning_of
-from models.wrist_singularity import wrist_shortfall
+from models.base.arrays import Bools, Floats, Ints
+from models.cell.cell import Cell
+from models.cell.jobs import slices
+from models.kinematics.branches import Branches, solve_branches, solve_signed
+from models.kinematics.chain import chain_of
+from models.kinematics.closed_form import ClosedForm, closed_form
+from models.kinematics.difference import SAME, Difference
+from models.kinematics.kinematics import characteristic_length
+from models.kinematics.screws import conditioning_of
+from models.kinematics.wrist_singularity import wrist_shortfall
+from models.robot.arm import Arm
+from models.robot.posture import ALL_SIGNS
 from optimizer.paths import choose_yaw, lift, unwrap
 from optimizer.single_arm.linear_sums import first_joint_limits, keep_sums, sum_excess
 from optimizer.single_arm.pose_sample import sample_job

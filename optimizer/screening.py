@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import KDTree
 
-from models.arrays import Bools, Floats, Ints
-from models.posture import ALL_SIGNS
+from models.base.arrays import Bools, Floats, Ints
+from models.robot.posture import ALL_SIGNS
 from optimizer.box import spread
 from optimizer.notches import notches
 from optimizer.reduced import (

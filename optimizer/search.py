@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Floats
-from models.cell import Cell
-from models.difference import SAME, Difference
-from models.nominal import Nominal, nominal
+from models.base.arrays import Floats
+from models.cell.cell import Cell
+from models.kinematics.difference import SAME, Difference
+from models.kinematics.nominal import Nominal, nominal
+from models.robot.arm import Arm
 from optimizer.box import search_box
 from optimizer.certificate.budget import boxes_for
 from optimizer.certificate.certify import BranchAndBound, certify

@@ -12,7 +12,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from models.arrays import Floats
+from models.base.arrays import Floats
 from optimizer.iterations import Iterations
 from optimizer.program import ArmPoint, Program
 from optimizer.structure import Structure

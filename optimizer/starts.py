@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arm import Arm, Interval
-from models.arrays import Floats
-from models.cell import Cell
-from models.closed_form import closed_form
+from models.base.arrays import Floats
+from models.cell.cell import Cell
+from models.kinematics.closed_form import closed_form
+from models.robot.arm import Arm, Interval
 from optimizer.reach import reach_range
 
 LEFT, RIGHT = 1, -1

@@ -13,12 +13,12 @@ from math import radians
 
 import numpy as np
 
-from models.arrays import Bools, Floats, Ints
-from models.cell import Cell
-from models.collision import CollisionModel, Configurations
-from models.kept import KEPT
-from models.pose import inverse
-from models.surroundings import Clearances
+from models.base.arrays import Bools, Floats, Ints
+from models.base.kept import KEPT
+from models.base.pose import inverse
+from models.cell.cell import Cell
+from models.cell.surroundings import Clearances
+from models.collision.collision import CollisionModel, Configurations
 from optimizer.motion import Motion
 from optimizer.path_samples import ObjectPath, follow
 

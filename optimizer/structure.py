@@ -13,8 +13,8 @@ from itertools import pairwise
 import casadi as ca
 import numpy as np
 
-from models.arrays import Floats
-from models.robot import Robot
+from models.base.arrays import Floats
+from models.robot.robot import Robot
 from optimizer.pose_rows import BASE, TARGET, Mount, PoseRows, hessian_pattern, pose_rows
 
 LinearRows = tuple[tuple[float, ...], ...]

@@ -6,16 +6,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Floats
-from models.branches import path_signs, posture_terms
-from models.cell import Cell
-from models.closed_form import ClosedForm, closed_form
-from models.kept import KEPT
-from models.kinematics import characteristic_length, conditioning, flange_poses
-from models.nominal import posture_form
-from models.pose import rotation_angle
-from models.wrist_singularity import wrist_shortfall
+from models.base.arrays import Floats
+from models.base.kept import KEPT
+from models.base.pose import rotation_angle
+from models.cell.cell import Cell
+from models.kinematics.branches import path_signs, posture_terms
+from models.kinematics.closed_form import ClosedForm, closed_form
+from models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
+from models.kinematics.nominal import posture_form
+from models.kinematics.wrist_singularity import wrist_shortfall
+from models.robot.arm import Arm
 from optimizer.layout import Verification
 from optimizer.measure import largest_step
 from optimizer.program import ArmPoint

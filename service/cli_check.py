@@ -7,7 +7,7 @@ import sys
 from datetime import UTC, datetime
 from typing import Any
 
-from models.errors import DuocellError
+from models.base.errors import DuocellError
 from service.cli import Exit
 from service.cli_input import RobotUrdfs, complain, library_from, read
 from service.cli_solve import check_writable, exit_code, show

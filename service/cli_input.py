@@ -13,7 +13,7 @@ from service.cli import Exit
 from service.issues import MOST_SHOWN, InvalidRequest, Issue
 
 if TYPE_CHECKING:
-    from models.urdf_bodies import MissingMeshes
+    from models.description.urdf_bodies import MissingMeshes
     from service.library import Library
 
 
@@ -50,7 +50,7 @@ def library_from(data_dir: Path, urdfs: RobotUrdfs) -> Library:
     Raises:
         InvalidRequest: an option or its file cannot be used.
     """
-    from models.errors import InvalidInput
+    from models.base.errors import InvalidInput
     from service.library import Library
     from service.urdf_on_disk import robot_on_disk
 

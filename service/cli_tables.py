@@ -8,7 +8,7 @@ from typing import IO, Any
 from rich.markup import escape
 from rich.table import Table
 
-from models.errors import UnknownRobot
+from models.base.errors import UnknownRobot
 from service.cli import Exit
 from service.cli_console import NONE, console_on, in_degrees, number, table
 from service.cli_findings import print_findings

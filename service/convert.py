@@ -6,8 +6,8 @@ from math import pi
 
 import numpy as np
 
-from models.arrays import Floats
-from models.cell import Cell
+from models.base.arrays import Floats
+from models.cell.cell import Cell
 from optimizer.settings import CertificateSettings, Settings, ToleranceSettings
 from service.convert_arm import arm_of
 from service.convert_coupling import couplings_of

@@ -6,19 +6,19 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from models import catalogue
-from models.arm import NARROWEST, BaseRegion, Interval, equal_weights, range_weights
-from models.arm import Arm as ModelArm
-from models.arrays import Bools, Floats
-from models.dh import DhRow, robot_from_dh
-from models.errors import UnknownRobot
-from models.linear_limits import LinearLimits
-from models.nominal import posture_form
-from models.pose import rotation_from_rpy
-from models.posture import ELBOW, SHOULDER, WRIST
-from models.posture import Posture as ModelPosture
-from models.reference import mid_range
-from models.robot import Robot
+from models.base.arrays import Bools, Floats
+from models.base.errors import UnknownRobot
+from models.base.pose import rotation_from_rpy
+from models.catalogue import catalogue
+from models.catalogue.dh import DhRow, robot_from_dh
+from models.catalogue.reference import mid_range
+from models.kinematics.nominal import posture_form
+from models.robot.arm import NARROWEST, BaseRegion, Interval, equal_weights, range_weights
+from models.robot.arm import Arm as ModelArm
+from models.robot.linear_limits import LinearLimits
+from models.robot.posture import ELBOW, SHOULDER, WRIST
+from models.robot.posture import Posture as ModelPosture
+from models.robot.robot import Robot
 from service.convert_linear_limits import linear_limits_of
 from service.convert_pose import check_radians, pose_of
 from service.issues import Issues

@@ -5,8 +5,8 @@ from __future__ import annotations
 from difflib import get_close_matches
 from math import inf
 
-from models.coupling import Coupling as ModelCoupling
-from models.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from models.cell.coupling import Coupling as ModelCoupling
+from models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
 from service.convert_pose import check_radians
 from service.issues import Issues, shortened
 from service.schemas import coupling as schema

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from models.arrays import Floats
-from models.linear_limits import LinearLimits, row_fault, row_name, sums_between
-from models.robot import Robot
+from models.base.arrays import Floats
+from models.robot.linear_limits import LinearLimits, row_fault, row_name, sums_between
+from models.robot.robot import Robot
 from service.issues import Issues
 from service.schemas.arm import LinearLimit
 

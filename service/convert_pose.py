@@ -8,10 +8,9 @@ from math import radians
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models.arm import TURN
-from models.arrays import Floats
-from models.errors import InvalidRotation
-from models.pose import (
+from models.base.arrays import Floats
+from models.base.errors import InvalidRotation
+from models.base.pose import (
     rotation_from_euler_zyz,
     rotation_from_matrix,
     rotation_from_oat,
@@ -19,6 +18,7 @@ from models.pose import (
     rotation_from_rpy,
     transform,
 )
+from models.robot.arm import TURN
 from service.issues import Issues
 from service.schemas.pose import EulerZyz, Matrix, Oat, Orientation, Pose, Quaternion, RollPitchYaw
 

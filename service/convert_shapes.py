@@ -7,11 +7,11 @@ from typing import Protocol
 
 import numpy as np
 
-from models.arrays import Floats
-from models.errors import InvalidInput
-from models.floor import Footprint as ModelFootprint
-from models.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Sphere
-from models.shapes import Shape as ModelShape
+from models.base.arrays import Floats
+from models.base.errors import InvalidInput
+from models.cell.floor import Footprint as ModelFootprint
+from models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Sphere
+from models.geometry.shapes import Shape as ModelShape
 from service.convert_pose import pose_of
 from service.issues import Issues
 from service.schemas import shapes as schema

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.arrays import Floats
-from models.floor import Floor as ModelFloor
-from models.robot import Robot
-from models.shapes import Body
-from models.surroundings import Clearances, Equipment, Surroundings
-from models.surroundings import Part as ModelPart
-from models.surroundings import Pedestal as ModelPedestal
+from models.base.arrays import Floats
+from models.cell.floor import Floor as ModelFloor
+from models.cell.surroundings import Clearances, Equipment, Surroundings
+from models.cell.surroundings import Part as ModelPart
+from models.cell.surroundings import Pedestal as ModelPedestal
+from models.geometry.shapes import Body
+from models.robot.robot import Robot
 from service.convert_shapes import NO_MESHES, MeshSource, footprint_of, obstacles_of, solids_of
 from service.issues import Issues
 from service.library import Library

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.arm import Arm
-from models.family import Job, family
-from models.task import Task as ModelTask
-from models.task import arc_about_normal, arc_through_center, line, task_from_poses
+from models.cell.family import Job, family
+from models.cell.task import Task as ModelTask
+from models.cell.task import arc_about_normal, arc_through_center, line, task_from_poses
+from models.robot.arm import Arm
 from service.convert_pose import pose_of, poses_of
 from service.issues import Issues, pointer_of, shortened
 from service.schemas.request import LayoutRequest

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Sequence
 from math import cos, sin
 from typing import Any
 
-from models.arrays import Floats
-from models.pose import quaternion_from_rotation, rotation_z, transform
+from models.base.arrays import Floats
+from models.base.pose import quaternion_from_rotation, rotation_z, transform
 from optimizer.events import Incumbent
 from optimizer.findings import Alternative
 from optimizer.layout import (

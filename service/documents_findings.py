@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from models.surroundings import PairClass
+from models.cell.surroundings import PairClass
 from optimizer.findings import Clearance, Explanation, Tolerance
 from service.numbers import finite
 

@@ -11,7 +11,7 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import Response
 from starlette.exceptions import HTTPException
 
-from models.errors import DuocellError
+from models.base.errors import DuocellError
 from service.issues import MOST_OF_A_NAME, InvalidRequest, Issue, shortened
 from service.jobs.job_errors import Refused
 from service.middleware.routes import route_of

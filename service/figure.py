@@ -20,13 +20,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 from matplotlib.patheffects import withStroke
 
-from models.arm import Arm, Interval
-from models.arrays import Floats
-from models.cell import Cell
-from models.kinematics import reach_sphere
-from models.pose import rotation_about, transform
-from models.robot import Robot
-from models.task import Task
+from models.base.arrays import Floats
+from models.base.pose import rotation_about, transform
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.kinematics.kinematics import reach_sphere
+from models.robot.arm import Arm, Interval
+from models.robot.robot import Robot
 from service.convert import cell_of
 from service.figure_surroundings import draw_bodies, draw_floor, draw_obstacles
 from service.library import Library

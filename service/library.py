@@ -13,10 +13,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
-from models.errors import InvalidInput, UnknownMesh
-from models.links import LinkBody
-from models.robot import Robot
-from models.shapes import ConvexHull
+from models.base.errors import InvalidInput, UnknownMesh
+from models.catalogue.links import LinkBody
+from models.geometry.shapes import ConvexHull
+from models.robot.robot import Robot
 from service.shelf import Shelf
 from service.shelves import Shelves, View
 from service.user_mesh import UserMesh, mesh_from_document

@@ -12,8 +12,8 @@ from difflib import get_close_matches
 from lzma import LZMAError
 from pathlib import PurePosixPath
 
-from models.errors import InvalidInput
-from models.urdf_meshes import best_matches
+from models.base.errors import InvalidInput
+from models.description.urdf_meshes import best_matches
 from service.settings import Limits
 
 SMALL = 1_000_000
@@ -31,7 +31,7 @@ _SHOWN = 10
 
 
 class MeshArchive:
-    """Meshes by the ``filename`` of a URDF (a `models.urdf_bodies.MeshSource`).
+    """Meshes by the ``filename`` of a URDF (a `models.description.urdf_bodies.MeshSource`).
 
     Args:
         data: contents of the zip, or None if none was sent.

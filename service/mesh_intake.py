@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from models.errors import InvalidInput
+from models.base.errors import InvalidInput
 from models.geometry.decomposition import decompose
+from models.geometry.meshes import Mesh, read_triangles
 from models.geometry.piece_cache import PieceCache, PiecesInMemory, key_of
-from models.meshes import Mesh, read_triangles
 from service.issues import InvalidRequest, Issue
 from service.piece_files import PieceFiles
 from service.user_mesh import UserMesh

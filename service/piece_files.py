@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from models.errors import InvalidInput
+from models.base.errors import InvalidInput
 from models.geometry.decomposition import Decomposition
-from models.shapes import ConvexHull
+from models.geometry.shapes import ConvexHull
 
 MOST_BYTES = 100_000_000
 """Of all files together; a mesh takes some ten thousand. Beyond it those go that were not asked for longest."""

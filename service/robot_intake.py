@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import Any, ClassVar
 from xml.etree import ElementTree
 
+from models.base.errors import InvalidInput
+from models.catalogue.links import LinkBody
 from models.description.chain_choice import ChainChoice, choose_chain
 from models.description.link_tree import LinkTree
-from models.errors import InvalidInput
-from models.links import LinkBody
-from models.robot import Robot
-from models.urdf import robot_of_chain
-from models.urdf_bodies import IN_MEMORY, MeshWork, MissingMeshes, mesh_names, urdf_link_bodies
-from models.urdf_file import build_model, parse_document
+from models.description.urdf import robot_of_chain
+from models.description.urdf_bodies import IN_MEMORY, MeshWork, MissingMeshes, mesh_names, urdf_link_bodies
+from models.description.urdf_file import build_model, parse_document
+from models.robot.robot import Robot
 from optimizer.events import Event
 from optimizer.watch import tell
 from service.convert_linear_limits import linear_limits_of
@@ -42,7 +42,7 @@ class RobotFiles:
         meshes: contents of the zip, or None.
         linear_limits: limits between the joints.
         missing_meshes: "estimate": the shape of links whose mesh is missing or unreadable is estimated.
-        base_link: see `models.urdf.robot_from_urdf`. tip: likewise.
+        base_link: see `models.description.urdf.robot_from_urdf`. tip: likewise.
     """
 
     name: str
@@ -84,7 +84,7 @@ def robot_from_files(files: RobotFiles, limits: Limits, work: MeshWork = IN_MEMO
     """The robot in a user's files.
 
     Args:
-        files: see there. limits: how large they may be. work: see `models.urdf_bodies.MeshWork`.
+        files: see there. limits: how large they may be. work: see `models.description.urdf_bodies.MeshWork`.
 
     Raises:
         InvalidRequest: with everything that is wrong with them; the pointers name parts of the form.
@@ -141,7 +141,7 @@ def describe(files: RobotFiles) -> Described:
     """The kinematics in a user's files.
 
     Raises:
-        InvalidRobot: see `models.urdf.robot_from_urdf`.
+        InvalidRobot: see `models.description.urdf.robot_from_urdf`.
     """
     document = parse_document(files.urdf, files.file)
     chain = choose_chain(LinkTree.of(document), files.base_link, files.tip)
@@ -160,10 +160,10 @@ def complete(
         described: see `describe`.
         files: what it was made from.
         contents: of the meshes of `mesh_names` that are there.
-        work: see `models.urdf_bodies.MeshWork`.
+        work: see `models.description.urdf_bodies.MeshWork`.
 
     Raises:
-        InvalidRobot: see `models.urdf_bodies.urdf_link_bodies`.
+        InvalidRobot: see `models.description.urdf_bodies.urdf_link_bodies`.
     """
     robot = described.robot
 

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from models import catalogue
-from models.arrays import Floats
-from models.kinematics import flange_poses, reach
-from models.links import LinkBody, link_bodies, provenance
-from models.pose import quaternion_from_rotation
-from models.robot import Robot
-from models.robot_frames import RobotFrame
+from models.base.arrays import Floats
+from models.base.pose import quaternion_from_rotation
+from models.catalogue import catalogue
+from models.catalogue.links import LinkBody, link_bodies, provenance
+from models.kinematics.kinematics import flange_poses, reach
+from models.robot.robot import Robot
+from models.robot.robot_frames import RobotFrame
 from service.library import Library
 from service.numbers import finite
 from service.shelf import NAME
@@ -57,7 +57,10 @@ def robot_document(name: str, library: Library) -> dict[str, Any]:
     Raises:
         UnknownRobot: no such name.
     """
-    from models.inverse import posture_definitions, source_of_branches  # loads engines the server can start without
+    from models.kinematics.inverse import (  # loads engines the server can start without
+        posture_definitions,
+        source_of_branches,
+    )
 
     user = library.user_robot(name) if NAME.fullmatch(name) else None
     robot = catalogue.robot(name) if user is None else user.robot

@@ -13,7 +13,7 @@ from typing import Any
 from fastapi import Request
 from fastapi.concurrency import run_in_threadpool
 
-from models import catalogue
+from models.catalogue import catalogue
 from service.form import Form, read_form
 from service.imports import Import, Imports
 from service.issues import InvalidRequest, Issue, shortened

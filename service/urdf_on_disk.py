@@ -9,12 +9,12 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+from models.base.errors import InvalidInput, InvalidRobot
 from models.description.chain_choice import ChainChoice
-from models.errors import InvalidInput, InvalidRobot
+from models.description.urdf_bodies import MeshWork, MissingMeshes, mesh_names
+from models.description.urdf_meshes import meshes_near
 from models.geometry.piece_cache import PieceCache
-from models.robot import Robot
-from models.urdf_bodies import MeshWork, MissingMeshes, mesh_names
-from models.urdf_meshes import meshes_near
+from models.robot.robot import Robot
 from service.piece_files import PieceFiles
 from service.robot_intake import ESTIMATE, Described, RobotFiles, complete, describe, version_of
 from service.shelf import Shelf
@@ -38,10 +38,10 @@ def robot_on_disk(
     Args:
         name: that it is to have.
         path: of the URDF file.
-        base_link: see `models.urdf.robot_from_urdf`. tip: likewise.
+        base_link: see `models.description.urdf.robot_from_urdf`. tip: likewise.
         warn: told what shapes are estimated for want of a mesh, and what other arm could be meant.
         missing_meshes: "estimate": the shape of links whose mesh is missing or unreadable is estimated.
-        progress: see `models.urdf_bodies.MeshWork`.
+        progress: see `models.description.urdf_bodies.MeshWork`.
 
     Raises:
         InvalidRobot: unreadable, no robot, or meshes that are missing or cannot be used.

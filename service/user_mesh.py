@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from models.arrays import Floats
-from models.errors import InvalidInput
-from models.shapes import ConvexHull
+from models.base.arrays import Floats
+from models.base.errors import InvalidInput
+from models.geometry.shapes import ConvexHull
 
 FORMAT = 1
 """Of the documents; raised when their meaning changes."""

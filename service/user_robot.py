@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from models.arrays import Floats
+from models.base.arrays import Floats
+from models.catalogue.links import LinkBody
 from models.description.chain_choice import Alternative, ChainChoice
-from models.linear_limits import LinearLimits
-from models.links import LinkBody
-from models.robot import Robot
-from models.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
+from models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
+from models.robot.linear_limits import LinearLimits
+from models.robot.robot import Robot
 
 FORMAT = 1
 """Of the documents; raised when their meaning changes."""

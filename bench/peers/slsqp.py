@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import Bounds, minimize
 
 from bench.problem import Problem
-from models.arrays import Floats
+from models.base.arrays import Floats
 
 STEP = 1e-7
 

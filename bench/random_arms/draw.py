@@ -13,16 +13,16 @@ from functools import cache
 import numpy as np
 
 from bench.random_arms.ways import dwelling, way_of
-from models import catalogue
-from models.arm import FREE_YAW, TURN, Arm, BaseRegion, Interval, equal_weights, range_weights
-from models.arrays import Floats
-from models.cell import Cell
-from models.chain import chain_of
-from models.closed_form import closed_form
-from models.kinematics import characteristic_length, flange_poses
-from models.pose import inverse, rotation_about, rotation_x, rotation_y, transform
-from models.screws import conditioning_of
-from models.task import Task
+from models.base.arrays import Floats
+from models.base.pose import inverse, rotation_about, rotation_x, rotation_y, transform
+from models.catalogue import catalogue
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.kinematics.chain import chain_of
+from models.kinematics.closed_form import closed_form
+from models.kinematics.kinematics import characteristic_length, flange_poses
+from models.kinematics.screws import conditioning_of
+from models.robot.arm import FREE_YAW, TURN, Arm, BaseRegion, Interval, equal_weights, range_weights
 from optimizer.reduced import evaluate, reduced_problem
 
 STREAM = 61209

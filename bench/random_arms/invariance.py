@@ -14,10 +14,10 @@ import numpy as np
 
 from bench.random_arms.draw import KINDS, draw
 from bench.trial import Record, options_of, run, table
-from models.arm import BaseRegion, Interval
-from models.cell import Cell
-from models.pose import rotation_z, transform
-from models.task import Task
+from models.base.pose import rotation_z, transform
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.robot.arm import BaseRegion, Interval
 from optimizer.search import search_arm
 from optimizer.settings import Settings
 

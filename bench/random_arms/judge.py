@@ -10,8 +10,8 @@ import numpy as np
 
 from bench.random_arms.draw import draw
 from bench.random_arms.long_search import long_search
-from models.arrays import Floats, Ints
-from models.cell import Cell
+from models.base.arrays import Floats, Ints
+from models.cell.cell import Cell
 from optimizer.box import search_box
 from optimizer.certificate.certify import certify
 from optimizer.proof import Incumbent

@@ -14,12 +14,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arm import SINGULAR_WRIST
-from models.arrays import Bools, Floats, Ints
-from models.chain import chain_of
-from models.kinematics import characteristic_length
-from models.posture import ALL_SIGNS
-from models.screws import conditioning_of
+from models.base.arrays import Bools, Floats, Ints
+from models.kinematics.chain import chain_of
+from models.kinematics.kinematics import characteristic_length
+from models.kinematics.screws import conditioning_of
+from models.robot.arm import SINGULAR_WRIST
+from models.robot.posture import ALL_SIGNS
 from optimizer.reduced import ReducedProblem, evaluate_signed
 
 MEMBERS, GENERATIONS = 32, 150

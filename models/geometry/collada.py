@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from models.arrays import Floats, Ints
-from models.errors import InvalidInput
+from models.base.arrays import Floats, Ints
+from models.base.errors import InvalidInput
 
 _DOCTYPE = re.compile(rb"<!(DOCTYPE|ENTITY)", re.IGNORECASE)
 

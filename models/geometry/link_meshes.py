@@ -8,11 +8,11 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from models.arrays import Floats
-from models.errors import InvalidInput
+from models.base.arrays import Floats
+from models.base.errors import InvalidInput
 from models.geometry.decomposition import MOST_PIECES, Decomposition, decompose
+from models.geometry.meshes import in_metres, read_triangles
 from models.geometry.piece_cache import PieceCache, PiecesInMemory, key_of
-from models.meshes import in_metres, read_triangles
 
 MeshSource = Callable[[str], bytes]
 """Gives the contents of a mesh by the ``filename`` of the URDF; raises `FileNotFoundError` or `InvalidInput`."""

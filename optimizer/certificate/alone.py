@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from models.arm import Arm
-from models.cell import Cell
+from models.cell.cell import Cell
+from models.robot.arm import Arm
 from optimizer.coupled.combinations.pool import alone_scene, own_lacks
 from optimizer.coupled.scene import Scene
 from optimizer.program import ArmPoint

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arrays import Floats, Ints
-from models.posture import ALL_SIGNS
+from models.base.arrays import Floats, Ints
+from models.robot.posture import ALL_SIGNS
 from optimizer.certificate.alone import AloneCheck
 from optimizer.certificate.bounds.box_bounds import LINEAR, PATH, SINGULAR, BoxBounder, BoxBounds
 from optimizer.certificate.bounds.boxes import Boxes

@@ -6,7 +6,7 @@ with the same proof everywhere. What a box and a search cost is known well enoug
 
 from __future__ import annotations
 
-from models.cell import Cell
+from models.cell.cell import Cell
 from optimizer.settings import CertificateSettings
 
 GAP = 1e-3

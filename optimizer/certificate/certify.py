@@ -20,9 +20,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from models.arrays import Floats, Ints
-from models.kept import KEPT
-from models.posture import ALL_SIGNS
+from models.base.arrays import Floats, Ints
+from models.base.kept import KEPT
+from models.robot.posture import ALL_SIGNS
 from optimizer.certificate.bounds.box_bounds import BoxBounder, BoxBounds
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.bounds.obstacles import Tally

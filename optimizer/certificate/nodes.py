@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arrays import Bools, Floats, Ints
+from models.base.arrays import Bools, Floats, Ints
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.exclusion.causes import BELOW
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from models.arm import TURN
-from models.arrays import Ints
-from models.posture import ALL_SIGNS
+from models.base.arrays import Ints
+from models.robot.arm import TURN
+from models.robot.posture import ALL_SIGNS
 from optimizer.certificate.arm_tree import AloneLayout, ArmTree
 from optimizer.certificate.pairs.ties import mirrored_yaws
 from optimizer.coupled.nearby import nearby

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from models.cell import Cell
+from models.cell.cell import Cell
 from optimizer.certificate.cell_proof import ArmPart, CellProof, prove_cell
 from optimizer.certificate.words import reasons_of
 from optimizer.coupled.scene import Scene

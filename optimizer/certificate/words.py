@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from models.arm import Arm
-from models.cell import Cell
-from models.surroundings import PairClass
+from models.cell.cell import Cell
+from models.cell.surroundings import PairClass
+from models.robot.arm import Arm
 from optimizer.certificate.cell_proof import ArmPart, CellProof
 from optimizer.certificate.exclusion.causes import Cause
 from optimizer.certificate.leaves import excluded_shares

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.posture import ALL_SIGNS
+from models.robot.posture import ALL_SIGNS
 from optimizer.coupled.candidates.extender import FULL
 from optimizer.coupled.candidates.followed import Followed
 from optimizer.coupled.candidates.layouts import sample_layouts

@@ -12,12 +12,12 @@ from typing import Any, cast
 
 import numpy as np
 
-from models.arrays import Floats
-from models.cell import Cell
-from models.coupling import Coupling
-from models.pose import inverse
-from models.surroundings import Surroundings
-from models.task import Task
+from models.base.arrays import Floats
+from models.base.pose import inverse
+from models.cell.cell import Cell
+from models.cell.coupling import Coupling
+from models.cell.surroundings import Surroundings
+from models.cell.task import Task
 from optimizer.program import ArmPoint
 
 TOLD_APART = 1e-6

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from models.cell import Cell
+from models.cell.cell import Cell
 from optimizer.coupled.found import CoupledSearch
 from optimizer.coupled.report import alternatives, clearances_of, explain, placements_of
 from optimizer.coupled.scene import Scene

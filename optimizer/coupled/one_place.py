@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
 
-from models.cell import Cell
-from models.coupling.apart import Apart
-from models.one_place import NEAREST, in_one_place, one_machine
+from models.cell.cell import Cell
+from models.cell.coupling.apart import Apart
+from models.cell.one_place import NEAREST, in_one_place, one_machine
 from optimizer.program import ArmPoint
 
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.cell import Cell
-from models.one_place import in_one_place
+from models.cell.cell import Cell
+from models.cell.one_place import in_one_place
 from optimizer.clearance import found_clearances
 from optimizer.coupled.scene import Scene
 from optimizer.coupled.sqp.refine import Refined

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Bools, Floats, Ints
-from models.cell import Cell
-from models.collision import CollisionModel, Configurations
-from models.coupling import Rows
-from models.floor import Footprint
-from models.kept import KEPT
-from models.singular_margins import SPARE
-from models.surroundings import PairClass
+from models.base.arrays import Bools, Floats, Ints
+from models.base.kept import KEPT
+from models.cell.cell import Cell
+from models.cell.coupling import Rows
+from models.cell.floor import Footprint
+from models.cell.singular_margins import SPARE
+from models.cell.surroundings import PairClass
+from models.collision.collision import CollisionModel, Configurations
+from models.robot.arm import Arm
 from optimizer.clearance import PathClearance
 from optimizer.measure import objective_of
 from optimizer.path_samples import ObjectPath

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from models.cell import Cell
+from models.cell.cell import Cell
 from optimizer.coupled.alternatives import look_elsewhere
 from optimizer.coupled.candidates.short_task import LONG
 from optimizer.coupled.canonical import CanonicalForm

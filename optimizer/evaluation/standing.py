@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arm import Arm, Interval
-from models.arrays import Floats
-from models.branches import path_signs, solve_signed
-from models.cell import Cell
-from models.closed_form import closed_form
-from models.kept import KEPT
-from models.posture import ALL_SIGNS
+from models.base.arrays import Floats
+from models.base.kept import KEPT
+from models.cell.cell import Cell
+from models.kinematics.branches import path_signs, solve_signed
+from models.kinematics.closed_form import closed_form
+from models.robot.arm import Arm, Interval
+from models.robot.posture import ALL_SIGNS
 from optimizer.faults import arm_faults
 from optimizer.layers import best_path
 from optimizer.layout import Reason

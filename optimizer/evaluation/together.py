@@ -8,9 +8,9 @@ from itertools import islice, product
 
 import numpy as np
 
-from models.arm import Arm
-from models.cell import Cell
-from models.collision import CollisionModel
+from models.cell.cell import Cell
+from models.collision.collision import CollisionModel
+from models.robot.arm import Arm
 from optimizer.clearance import PathClearance, check_clearance
 from optimizer.coupled.scene import LIMITS, Scene
 from optimizer.evaluation.standing import Choice, Standing

@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 
-from models.cell import Cell
-from models.surroundings import PairClass
+from models.cell.cell import Cell
+from models.cell.surroundings import PairClass
 from optimizer.infeasibility.effort import Effort
 from optimizer.infeasibility.immediate.cause import Infeasibility
 from optimizer.infeasibility.immediate.immediate import immediate_infeasibility

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from models.cell import Cell
+from models.cell.cell import Cell
 from optimizer.certificate.budget import search_time
 from optimizer.findings import Explanation
 from optimizer.infeasibility.conflicts import searched_conflict, sure_conflict

@@ -11,14 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Floats, Ints
-from models.cell import Cell
-from models.chain import chain_of
-from models.kinematics import characteristic_length
-from models.posture import ALL_SIGNS
-from models.screws import conditioning_of
-from models.surroundings import PairClass
+from models.base.arrays import Floats, Ints
+from models.cell.cell import Cell
+from models.cell.surroundings import PairClass
+from models.kinematics.chain import chain_of
+from models.kinematics.kinematics import characteristic_length
+from models.kinematics.screws import conditioning_of
+from models.robot.arm import Arm
+from models.robot.posture import ALL_SIGNS
 from optimizer.certificate.arm_tree import USABLE, AloneLayout, ArmTree
 from optimizer.certificate.exclusion.causes import CONDITIONING
 from optimizer.coupled.scene import Scene

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 
-from models.cell import Cell
+from models.cell.cell import Cell
 from optimizer.coupled.scene import Scene
 from optimizer.infeasibility.effort import Effort
 from optimizer.infeasibility.requirements import Kind, Requirement, Selection, by_interest, restricted, selection_of

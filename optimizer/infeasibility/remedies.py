@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.cell import Cell
-from models.surroundings import PairClass
+from models.cell.cell import Cell
+from models.cell.surroundings import PairClass
 from optimizer.coupled.scene import Scene
 from optimizer.findings import Relaxation
 from optimizer.infeasibility.changes.candidates import candidates

@@ -9,13 +9,13 @@ from math import inf, pi
 
 import numpy as np
 
-from models.arm import FREE_YAW, Arm, Interval
-from models.cell import Cell
-from models.coupling import Coupling, among
-from models.coupling.apart import Apart
-from models.nominal import singular_fifth
-from models.posture import Posture
-from models.surroundings import Surroundings
+from models.cell.cell import Cell
+from models.cell.coupling import Coupling, among
+from models.cell.coupling.apart import Apart
+from models.cell.surroundings import Surroundings
+from models.kinematics.nominal import singular_fifth
+from models.robot.arm import FREE_YAW, Arm, Interval
+from models.robot.posture import Posture
 from optimizer.box import reach_windows
 
 

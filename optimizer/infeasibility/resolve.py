@@ -6,7 +6,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from models.cell import Cell
+from models.cell.cell import Cell
 from optimizer.coupled.scene import Scene
 from optimizer.infeasibility.effort import Effort
 from optimizer.infeasibility.immediate.immediate import immediate_infeasibility

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from models.arrays import Floats
+from models.base.arrays import Floats
 from optimizer.coupled.candidates.extender import Effort as Pairing
 from optimizer.coupled.candidates.followed import Followed
 from optimizer.coupled.candidates.layouts import sample_layouts

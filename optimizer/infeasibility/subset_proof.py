@@ -12,8 +12,8 @@ from itertools import combinations
 
 import numpy as np
 
-from models.arrays import Ints
-from models.cell import Cell
+from models.base.arrays import Ints
+from models.cell.cell import Cell
 from optimizer.certificate.arm_tree import ArmTree
 from optimizer.certificate.exclusion.causes import BELOW, CONDITIONING, FLOOR, LIMITS, LINEAR, SINGULARITY, YAW, Causes
 from optimizer.certificate.pairs.pair_tree import PairTree

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from models.cell import Cell
+from models.cell.cell import Cell
 from optimizer.findings import Relaxation
 from optimizer.infeasibility.changes.candidates import candidates
 from optimizer.infeasibility.changes.remedy import Remedy

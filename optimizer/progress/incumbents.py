@@ -12,10 +12,10 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 
-from models.arm import Arm
-from models.cell import Cell
-from models.one_place import in_one_place
-from models.posture import name_signs
+from models.cell.cell import Cell
+from models.cell.one_place import in_one_place
+from models.robot.arm import Arm
+from models.robot.posture import name_signs
 from optimizer.clearance import PathClearance
 from optimizer.events import Incumbent, Standing
 from optimizer.measure import objective_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from models.cell import Cell
+from models.cell.cell import Cell
 from optimizer.clearance import PathClearance, found_clearances
 from optimizer.coupled.scene import Scene
 from optimizer.layout import Layout, Outcome, Reason, Search

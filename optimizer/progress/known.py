@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from models.cell import Cell
+from models.cell.cell import Cell
 from optimizer.events import Event
 
 if TYPE_CHECKING:

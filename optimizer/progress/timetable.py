@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 
-from models.cell import Cell
+from models.cell.cell import Cell
 from optimizer.certificate.budget import LEAST, MOST, search_time
 from optimizer.events import Stage
 from optimizer.settings import Settings

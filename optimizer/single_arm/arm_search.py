@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from models.arm import Arm
-from models.nominal import Nominal
+from models.kinematics.nominal import Nominal
+from models.robot.arm import Arm
 from optimizer.certificate.certify import BranchAndBound
 from optimizer.layout import Reason
 from optimizer.program import ArmPoint

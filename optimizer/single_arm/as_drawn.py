@@ -1,8 +1,8 @@
 """Search of an arm that is not quite as drawn, by rounding or calibration: found on the drawing, kept on the arm.
 
-The arm that was meant (`models.nominal`) has a closed form, so its bases and postures are searched like those of any
-such arm. Its optima are starts on the true arm: joints are brought to the poses by Newton's method, the local solver
-moves the base to the true optimum, and everything is checked on the true kinematics.
+The arm that was meant (`models.kinematics.nominal`) has a closed form, so its bases and postures are searched like
+those of any such arm. Its optima are starts on the true arm: joints are brought to the poses by Newton's method, the
+local solver moves the base to the true optimum, and everything is checked on the true kinematics.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.arm import Arm
-from models.cell import Cell
-from models.nominal import Nominal
-from models.numeric_inverse import brought_to
-from models.pose import inverse
+from models.base.pose import inverse
+from models.cell.cell import Cell
+from models.kinematics.nominal import Nominal
+from models.kinematics.numeric_inverse import brought_to
+from models.robot.arm import Arm
 from optimizer.certificate.budget import boxes_for
 from optimizer.certificate.certify import certify
 from optimizer.layers import best_path

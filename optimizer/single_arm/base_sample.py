@@ -12,7 +12,7 @@ from itertools import product
 
 import numpy as np
 
-from models.arrays import Floats
+from models.base.arrays import Floats
 from optimizer.box import spread
 from optimizer.reduced import ReducedProblem
 

@@ -11,11 +11,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Floats
-from models.chain import chain_of
-from models.kinematics import characteristic_length
-from models.screws import conditioning_of
+from models.base.arrays import Floats
+from models.kinematics.chain import chain_of
+from models.kinematics.kinematics import characteristic_length
+from models.kinematics.screws import conditioning_of
+from models.robot.arm import Arm
 from optimizer.program import ArmPoint, Cuts
 from optimizer.solve import Solve
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arrays import Floats
-from models.cell import Cell
-from models.wrist_singularity import wrist_distance
+from models.base.arrays import Floats
+from models.cell.cell import Cell
+from models.kinematics.wrist_singularity import wrist_distance
 from optimizer.measure import largest_step, objective_of
 from optimizer.program import ArmPoint
 from optimizer.reduced import ReducedProblem

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arm import TURN, Arm
-from models.arrays import Bools, Floats
-from models.jobs import slices
-from models.linear_limits import LinearLimits
+from models.base.arrays import Bools, Floats
+from models.cell.jobs import slices
+from models.robot.arm import TURN, Arm
+from models.robot.linear_limits import LinearLimits
 
 ROUNDING = 1e-12
 """rad"""

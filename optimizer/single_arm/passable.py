@@ -14,10 +14,10 @@ from itertools import islice
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Floats, Ints
-from models.cell import Cell
-from models.task import Task
+from models.base.arrays import Floats, Ints
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.robot.arm import Arm
 from optimizer.layout import Reason
 from optimizer.local import solve_locally
 from optimizer.measure import objective_of

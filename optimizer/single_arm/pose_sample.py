@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arrays import Floats, Ints
-from models.pose import rotation_angle
+from models.base.arrays import Floats, Ints
+from models.base.pose import rotation_angle
 
 LONGEST_GAP = 0.6
 """rad + m between neighbouring poses of a sample, so that the path between them can still be unwrapped."""

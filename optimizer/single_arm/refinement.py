@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arrays import Floats
-from models.cell import Cell
+from models.base.arrays import Floats
+from models.cell.cell import Cell
 from optimizer.program import ArmPoint
 from optimizer.reduced import ReducedProblem, evaluate_signed
 from optimizer.screening import Candidate, improve

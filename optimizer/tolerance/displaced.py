@@ -6,15 +6,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Bools, Floats, Ints
-from models.chain import chain_of
-from models.closed_form import closed_form
-from models.collision import Configurations
-from models.kinematics import characteristic_length
-from models.pose import inverse
-from models.screws import conditioning_of
-from models.surroundings import PairClass
+from models.base.arrays import Bools, Floats, Ints
+from models.base.pose import inverse
+from models.cell.surroundings import PairClass
+from models.collision.collision import Configurations
+from models.kinematics.chain import chain_of
+from models.kinematics.closed_form import closed_form
+from models.kinematics.kinematics import characteristic_length
+from models.kinematics.screws import conditioning_of
+from models.robot.arm import Arm
 from optimizer.path_samples import follow
 from optimizer.program import ArmPoint
 from optimizer.tolerance.nominal import Nominal

@@ -6,8 +6,8 @@ from itertools import product
 
 import numpy as np
 
-from models.arrays import Floats
-from models.sampling import even_points
+from models.base.arrays import Floats
+from models.base.sampling import even_points
 from optimizer.pose_rows import BASE
 from optimizer.tolerance.sensitivity import Sensitivity
 

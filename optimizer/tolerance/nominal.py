@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.arrays import Floats, Ints
-from models.branches import path_signs
-from models.cell import Cell
-from models.closed_form import closed_form
-from models.pose import inverse
+from models.base.arrays import Floats, Ints
+from models.base.pose import inverse
+from models.cell.cell import Cell
+from models.kinematics.branches import path_signs
+from models.kinematics.closed_form import closed_form
 from optimizer.coupled.scene import Scene
 from optimizer.coupled.sqp.sensitivity import joints_by_base
 from optimizer.findings import Clearance

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arrays import Floats
-from models.contact_gradient import contact_gradients
+from models.base.arrays import Floats
+from models.collision.contact_gradient import contact_gradients
 from optimizer.pose_rows import BASE
 from optimizer.tolerance.nominal import Nominal
 

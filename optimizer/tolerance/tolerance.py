@@ -7,8 +7,8 @@ from functools import partial
 
 import numpy as np
 
-from models.arrays import Floats
-from models.cell import Cell
+from models.base.arrays import Floats
+from models.cell.cell import Cell
 from optimizer.findings import Clearance, Tolerance
 from optimizer.layout import Placement
 from optimizer.settings import ToleranceSettings

@@ -7,7 +7,7 @@ every step is looked at, and steps are halved again where something may happen b
   sags off it, as in `optimizer.stretches`;
 - a singularity may be touched, the end of reach among them. Where W stands in front of axis 1 (squared) and the cosines
   of elbow and wrist are smooth functions of the place, also where the joints are not. They keep a margin
-  (`models.singular_margins`); where half their sag may use up what is left of it, however little, it is looked at.
+  (`models.cell.singular_margins`); where half their sag may use up what is left of it, however little, it is looked at.
 
 A joint that still travels far on a part of 2^-20 of a step jumps there: the way passes a singularity. (Where that is
 allowed, the wrist may turn in place.) Arms with a
@@ -23,16 +23,16 @@ from functools import lru_cache
 
 import numpy as np
 
-from models.arm import SINGULAR_WRIST, TURN, Arm
-from models.arrays import Bools, Floats, Ints
-from models.branches import solve_signed
-from models.cell import Cell
-from models.closed_form import ClosedForm, closed_form
-from models.nominal import singular_fifth
-from models.pose import inverse
-from models.singular_margins import keeps_margins, lacking_at_poses, spare_terms
-from models.task import Task
-from models.wrist_singularity import wrist_distance
+from models.base.arrays import Bools, Floats, Ints
+from models.base.pose import inverse
+from models.cell.cell import Cell
+from models.cell.singular_margins import keeps_margins, lacking_at_poses, spare_terms
+from models.cell.task import Task
+from models.kinematics.branches import solve_signed
+from models.kinematics.closed_form import ClosedForm, closed_form
+from models.kinematics.nominal import singular_fifth
+from models.kinematics.wrist_singularity import wrist_distance
+from models.robot.arm import SINGULAR_WRIST, TURN, Arm
 from optimizer.clearance import Break, LimitExcess
 from optimizer.path_samples import STRAY, ObjectPath, follow, keep_inside
 from optimizer.program import ArmPoint

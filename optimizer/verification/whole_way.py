@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from models.arm import Arm
-from models.cell import Cell
-from models.collision import CollisionModel
+from models.cell.cell import Cell
+from models.collision.collision import CollisionModel
+from models.robot.arm import Arm
 from optimizer.clearance import LimitExcess, PathClearance, check_clearance
 from optimizer.program import ArmPoint
 from optimizer.verification.way import follow_way

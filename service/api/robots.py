@@ -8,7 +8,7 @@ from fastapi import APIRouter, Path, Request
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import JSONResponse, Response
 
-from models.errors import UnknownRobot
+from models.base.errors import UnknownRobot
 from service.api.ownership import client_of, library_of
 from service.api.state import StateOf
 from service.prefer import prefers_async

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from models.cell import Cell
+from models.cell.cell import Cell
 from optimizer.layout import Layout, Outcome
 from service.issues import Issue
 from service.schemas.request import LayoutRequest

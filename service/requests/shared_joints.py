@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import combinations
 
-from models.arm import Arm
+from models.robot.arm import Arm
 from service.issues import Issues
 
 

@@ -7,11 +7,11 @@ from math import degrees, radians
 
 import numpy as np
 
-from models.arm import Arm as ModelArm
-from models.arrays import Floats
-from models.branches import path_signs
-from models.cell import Cell
-from models.closed_form import closed_form
+from models.base.arrays import Floats
+from models.cell.cell import Cell
+from models.kinematics.branches import path_signs
+from models.kinematics.closed_form import closed_form
+from models.robot.arm import Arm as ModelArm
 from optimizer.layout import Layout
 from optimizer.program import ArmPoint
 from optimizer.verification.way import follow_way

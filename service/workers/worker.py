@@ -16,7 +16,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from models.errors import DuocellError
+from models.base.errors import DuocellError
 from optimizer.watch import Cancelled, watching
 from service import logs
 from service.workers.messages import receive, send

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bench.calibrated_arms import attempt, fault_of, own_best, planted
-from models.nominal import nominal
+from models.kinematics.nominal import nominal
 from optimizer.measure import objective_of
 from optimizer.verify import check
 

@@ -10,15 +10,15 @@ import pytest
 from bench.dense_check import dense_check
 from bench.dense_path import object_steps
 from bench.dense_rules import coupling_excess, floor_gap, region_excess
-from models.arm import BaseRegion, Interval
-from models.collision import CollisionModel
-from models.coupling import Direction, Distance, Mirror, Rail, SameHeight
-from models.floor import Floor, Footprint
-from models.pose import rotation_z, transform
-from models.shapes import Body, Capsule
-from models.surroundings import Clearances, Pedestal
-from models.surroundings import Equipment as Brings
-from models.task import Task
+from models.base.pose import rotation_z, transform
+from models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from models.cell.floor import Floor, Footprint
+from models.cell.surroundings import Clearances, Pedestal
+from models.cell.surroundings import Equipment as Brings
+from models.cell.task import Task
+from models.collision.collision import CollisionModel
+from models.geometry.shapes import Body, Capsule
+from models.robot.arm import BaseRegion, Interval
 from optimizer.clearance import check_clearance
 from tests.support.arms import make_arm
 from tests.support.cells import beam_pair, random_obstacles

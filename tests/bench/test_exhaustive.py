@@ -15,11 +15,11 @@ from bench.dense_shapes import coal_shape
 from bench.exhaustive import exhaustive
 from bench.grid_stands import lattice_of, stands_of
 from bench.inner_balls import Balls, point_distances
-from models.arm import Interval
-from models.coupling import Direction, Mirror, Rail
-from models.pose import transform
-from models.separation import separation
-from models.shapes import Body, Box, ConvexHull, HalfSpace, Sphere
+from models.base.pose import transform
+from models.cell.coupling import Direction, Mirror, Rail
+from models.geometry.separation import separation
+from models.geometry.shapes import Body, Box, ConvexHull, HalfSpace, Sphere
+from models.robot.arm import Interval
 from service.convert import cell_of
 from service.schemas.request import LayoutRequest
 from service.validation import validate

@@ -13,7 +13,7 @@ from bench.coupled_tasks import coupled_task
 from bench.dense_check import dense_check
 from bench.images import images, moved, reversed_arms, reversed_obstacles, reversed_poses
 from bench.invariance import attempt, change, differences, summary
-from models.arm import Interval
+from models.robot.arm import Interval
 
 STEPS = 2e-2, 0.1
 

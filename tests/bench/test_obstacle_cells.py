@@ -11,7 +11,7 @@ from bench.obstacle_cells import obstacle_cell
 from bench.obstructed_search import obstructed_search
 from bench.own_ties import FreeBases, free_bases
 from bench.real_cells import energy
-from models.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
 
 
 def test_a_cell_is_always_the_same_and_its_layout_works():

@@ -10,11 +10,11 @@ import pytest
 
 from bench.coupled_tasks import coupled_task
 from bench.own_stands import conditioning, own_stands, own_task
-from models.arm import Interval
-from models.cell import Cell
-from models.kinematics import characteristic_length, flange_poses, jacobians
-from models.pose import inverse
-from models.task import Task
+from models.base.pose import inverse
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.kinematics.kinematics import characteristic_length, flange_poses, jacobians
+from models.robot.arm import Interval
 
 
 def _cells() -> list[Cell]:

@@ -15,8 +15,8 @@ from typing import Any
 import httpx2
 import pytest
 
-from models import catalogue
-from models.closed_form import closed_form
+from models.catalogue import catalogue
+from models.kinematics.closed_form import closed_form
 from optimizer.optimize import optimize
 from service.cli import main, parser
 from service.convert import cell_of, settings_of

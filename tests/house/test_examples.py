@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from bench.dense_check import judge
-from models.pose import rotation_angle
-from models.surroundings import Clearances
+from models.base.pose import rotation_angle
+from models.cell.surroundings import Clearances
 from optimizer.layout import Layout
 from optimizer.optimize import optimize
 from service.convert import cell_of, settings_of

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from models.arm import FREE_YAW, Interval, equal_weights, range_weights
-from models.catalogue import robot
+from models.catalogue.catalogue import robot
+from models.robot.arm import FREE_YAW, Interval, equal_weights, range_weights
 from tests.support.angles import TURN, wrapped
 from tests.support.arms import make_arm, region
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from models.bounding import (
+from models.geometry.bounding import (
     bounding,
     box_distances,
     box_gaps,
@@ -16,8 +16,8 @@ from models.bounding import (
     exact_box_distances,
     segment_distances,
 )
-from models.separation import separation
-from models.shapes import Box, Capsule, HalfSpace, Sphere
+from models.geometry.separation import separation
+from models.geometry.shapes import Box, Capsule, HalfSpace, Sphere
 from tests.support.solids import KINDS, SEED, random_pose, random_shape, surface_points
 
 

@@ -12,15 +12,15 @@ import ssik
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from models import catalogue
-from models.branches import posture_terms, signs_of, solve_branches, solve_signed
-from models.closed_form import closed_form
-from models.dh import DhRow, robot_from_dh
-from models.inverse import REACHED
-from models.kinematics import characteristic_length, conditioning, flange_poses
-from models.pose import rotation_angle
-from models.posture import ALL_SIGNS
-from models.robot import Robot
+from models.base.pose import rotation_angle
+from models.catalogue import catalogue
+from models.catalogue.dh import DhRow, robot_from_dh
+from models.kinematics.branches import posture_terms, signs_of, solve_branches, solve_signed
+from models.kinematics.closed_form import closed_form
+from models.kinematics.inverse import REACHED
+from models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
+from models.robot.posture import ALL_SIGNS
+from models.robot.robot import Robot
 from tests.support import puma
 from tests.support.angles import same_set, wrapped
 from tests.support.arms import random_joints

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models import catalogue
-from models.closed_form import closed_form
-from models.kinematics import flange_poses
-from models.pose import rotation_x, transform
+from models.base.pose import rotation_x, transform
+from models.catalogue import catalogue
+from models.kinematics.closed_form import closed_form
+from models.kinematics.kinematics import flange_poses
 from tests.support.angles import wrapped
 from tests.support.arms import general_six, oblique_wrist, puma_by_table, random_joints, skew_robot
 from tests.support.classes import CLOSED, OTHERS

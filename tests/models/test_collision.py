@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.collision import CollisionModel
-from models.collision_bodies import collect
-from models.floor import Footprint
-from models.kinematics import flange_poses
-from models.pose import rotation_x, rotation_z, transform
-from models.separation import separation
-from models.shapes import Body, Box, Sphere
-from models.surroundings import Clearances, Equipment, PairClass, Part, Pedestal, Surroundings
+from models.base.pose import rotation_x, rotation_z, transform
+from models.cell.floor import Footprint
+from models.cell.surroundings import Clearances, Equipment, PairClass, Part, Pedestal, Surroundings
+from models.collision.collision import CollisionModel
+from models.collision.collision_bodies import collect
+from models.geometry.separation import separation
+from models.geometry.shapes import Body, Box, Sphere
+from models.kinematics.kinematics import flange_poses
 from tests.support.arms import make_arm
 from tests.support.cells import ALL, FLOOR, beam_pair, random_obstacles
 

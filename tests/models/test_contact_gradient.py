@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.collision import CollisionModel
-from models.contact_gradient import contact_gradients
-from models.pose import rotation_about, rotation_x, rotation_z, transform
-from models.surroundings import PairClass
+from models.base.pose import rotation_about, rotation_x, rotation_z, transform
+from models.cell.surroundings import PairClass
+from models.collision.collision import CollisionModel
+from models.collision.contact_gradient import contact_gradients
 from tests.support.cells import beam_pair, random_obstacles
 
 SCENE = beam_pair(obstacles=random_obstacles(np.random.default_rng(5), 6, [-1.5, -1.0, 0.2], [1.5, 1.5, 1.5]))

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.chain import chain_of
-from models.closed_form import closed_form
-from models.difference import SAME, moved_apart
-from models.kinematics import flange_poses
-from models.nominal import nominal, singular_fifth
-from models.pose import rotation_angle
+from models.base.pose import rotation_angle
+from models.kinematics.chain import chain_of
+from models.kinematics.closed_form import closed_form
+from models.kinematics.difference import SAME, moved_apart
+from models.kinematics.kinematics import flange_poses
+from models.kinematics.nominal import nominal, singular_fifth
 from tests.models.test_nominal import calibrated
 from tests.support.arms import general_six
 from tests.support.signs import joint_axes

@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import ConvexHull as Hull
 
-from models.arrays import Floats
-from models.few_corners import MOST_CORNERS, enclosing_corners
+from models.base.arrays import Floats
 from models.geometry.decomposition import decompose
-from models.meshes import Mesh
+from models.geometry.few_corners import MOST_CORNERS, enclosing_corners
+from models.geometry.meshes import Mesh
 
 
 def sticking_out(points: Floats, hull: Hull) -> float:

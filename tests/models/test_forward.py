@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 import ssik
 
-from models import catalogue
-from models.arrays import Floats
-from models.forward import flange_function
-from models.kinematics import flange_poses, jacobians
-from models.pose import transform
-from models.robot import Robot
+from models.base.arrays import Floats
+from models.base.pose import transform
+from models.catalogue import catalogue
+from models.kinematics.forward import flange_function
+from models.kinematics.kinematics import flange_poses, jacobians
+from models.robot.robot import Robot
 
 
 def by_casadi(robot: Robot, joints: Floats) -> Floats:

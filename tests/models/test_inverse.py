@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import ssik
 
-from models import catalogue
-from models.closed_form import closed_form
-from models.inverse import branches, posture_definitions, source_of_branches
-from models.kinematics import flange_poses
-from models.numeric_inverse import numeric_branches
+from models.catalogue import catalogue
+from models.kinematics.closed_form import closed_form
+from models.kinematics.inverse import branches, posture_definitions, source_of_branches
+from models.kinematics.kinematics import flange_poses
+from models.kinematics.numeric_inverse import numeric_branches
 from tests.support.angles import same_set, wrapped
 from tests.support.arms import general_six, oblique_wrist, puma_by_table, random_joints
 from tests.support.classes import OTHERS

@@ -8,10 +8,11 @@ from math import hypot, pi, sqrt
 import numpy as np
 import pytest
 
-from models import catalogue
-from models.arrays import Floats
-from models.dh import DhRow, robot_from_dh
-from models.kinematics import (
+from models.base.arrays import Floats
+from models.base.pose import rotation_from_rpy, rotation_vector, transform
+from models.catalogue import catalogue
+from models.catalogue.dh import DhRow, robot_from_dh
+from models.kinematics.kinematics import (
     FLANGE,
     characteristic_length,
     conditioning,
@@ -21,8 +22,7 @@ from models.kinematics import (
     reach,
     reach_sphere,
 )
-from models.pose import rotation_from_rpy, rotation_vector, transform
-from models.robot import Robot
+from models.robot.robot import Robot
 
 TOOL = transform(rotation_from_rpy((0.3, -0.2, 1.0)), [0.05, -0.02, 0.12])
 

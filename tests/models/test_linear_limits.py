@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.errors import InvalidRobot
-from models.linear_limits import LinearLimits, row_name, sums_between
+from models.base.errors import InvalidRobot
+from models.robot.linear_limits import LinearLimits, row_name, sums_between
 from tests.support.arms import make_arm
 
 ROW = [0.0, 1.0, 1.0, 0.0, 0.0, 0.0]

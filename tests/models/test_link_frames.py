@@ -6,9 +6,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from models import catalogue
-from models.kinematics import pinocchio_model
-from models.link_frames import link_frames
+from models.catalogue import catalogue
+from models.kinematics.kinematics import pinocchio_model
+from models.kinematics.link_frames import link_frames
 from tests.support.arms import general_six, oblique_wrist
 
 ROBOTS = [catalogue.robot(name) for name in catalogue.names()] + [general_six(), oblique_wrist()]

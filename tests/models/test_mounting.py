@@ -9,14 +9,14 @@ from scipy.spatial.transform import Rotation
 
 from bench.dense_mounting import carriers as judged_carriers
 from bench.dense_shapes import coal_shape
-from models.collision import CollisionModel
-from models.floor import Footprint
+from models.base.pose import rotation_x, transform
+from models.catalogue.links import LinkBody
+from models.cell.floor import Footprint
+from models.cell.mounting import DEPTH, Mounting, face_depth
+from models.cell.surroundings import Clearances, Equipment, Pedestal, Surroundings
+from models.collision.collision import CollisionModel
 from models.geometry.floor_level import ABOVE, lowest
-from models.links import LinkBody
-from models.mounting import DEPTH, Mounting, face_depth
-from models.pose import rotation_x, transform
-from models.shapes import Body, Box, Capsule, Cylinder, HalfSpace
-from models.surroundings import Clearances, Equipment, Pedestal, Surroundings
+from models.geometry.shapes import Body, Box, Capsule, Cylinder, HalfSpace
 from tests.support.arms import make_arm
 from tests.support.solids import KINDS, random_shape
 

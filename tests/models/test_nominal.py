@@ -7,17 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models import catalogue
-from models.chain import chain_of
-from models.closed_form import closed_form
-from models.inverse import branches, source_of_branches
-from models.kinematics import flange_poses
-from models.link_frames import link_frames
-from models.nominal import as_drawn, nominal, posture_form
-from models.pose import rotation_about, rotation_angle, transform
-from models.reference import working_reference
-from models.robot import Robot
-from models.urdf import robot_from_urdf
+from models.base.pose import rotation_about, rotation_angle, transform
+from models.catalogue import catalogue
+from models.catalogue.reference import working_reference
+from models.description.urdf import robot_from_urdf
+from models.kinematics.chain import chain_of
+from models.kinematics.closed_form import closed_form
+from models.kinematics.inverse import branches, source_of_branches
+from models.kinematics.kinematics import flange_poses
+from models.kinematics.link_frames import link_frames
+from models.kinematics.nominal import as_drawn, nominal, posture_form
+from models.robot.robot import Robot
 from tests.support.acceptance import FOLDER
 from tests.support.arms import general_six, random_joints
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.coupling.apart import Apart
-from models.one_place import NEAREST, in_one_place, one_machine
+from models.cell.coupling.apart import Apart
+from models.cell.one_place import NEAREST, in_one_place, one_machine
 from tests.support.arms import make_arm
 
 

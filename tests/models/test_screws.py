@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from models import catalogue
-from models.chain import chain_of
-from models.kinematics import characteristic_length, conditioning, flange_poses, jacobians
-from models.pose import rotation_from_rpy, transform
-from models.screws import conditioning_of, forward_and_jacobian, pose_error
+from models.base.pose import rotation_from_rpy, transform
+from models.catalogue import catalogue
+from models.kinematics.chain import chain_of
+from models.kinematics.kinematics import characteristic_length, conditioning, flange_poses, jacobians
+from models.kinematics.screws import conditioning_of, forward_and_jacobian, pose_error
 from tests.support.arms import general_six, oblique_wrist, puma_by_table
 
 TOOL = transform(rotation_from_rpy((0.4, -0.3, 1.1)), [0.06, -0.03, 0.15])

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models import catalogue
-from models.bounding import bounding
-from models.link_frames import link_frames
-from models.links import link_bodies
-from models.self_pairs import self_pairs
-from models.separation import separation
-from models.shapes import Body, Box
+from models.catalogue import catalogue
+from models.catalogue.links import link_bodies
+from models.catalogue.self_pairs import self_pairs
+from models.geometry.bounding import bounding
+from models.geometry.separation import separation
+from models.geometry.shapes import Body, Box
+from models.kinematics.link_frames import link_frames
 from tests.support.arms import general_six, oblique_wrist
 
 

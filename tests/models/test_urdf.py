@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from models import catalogue
-from models.arrays import Floats
-from models.errors import InvalidRobot
-from models.kinematics import flange_poses
-from models.robot import Robot
-from models.urdf import robot_from_urdf
+from models.base.arrays import Floats
+from models.base.errors import InvalidRobot
+from models.catalogue import catalogue
+from models.description.urdf import robot_from_urdf
+from models.kinematics.kinematics import flange_poses
+from models.robot.robot import Robot
 
 
 def digits(values: Floats) -> str:

@@ -9,13 +9,13 @@ import pinocchio as pin
 import pytest
 import trimesh
 
-from models.errors import InvalidRobot
-from models.link_frames import link_frames
-from models.links import link_bodies, provenance
-from models.shapes import Box, Capsule, ConvexHull, Cylinder, Sphere
-from models.urdf import robot_from_urdf
-from models.urdf_bodies import urdf_link_bodies
-from models.urdf_file import build_model, read_document
+from models.base.errors import InvalidRobot
+from models.catalogue.links import link_bodies, provenance
+from models.description.urdf import robot_from_urdf
+from models.description.urdf_bodies import urdf_link_bodies
+from models.description.urdf_file import build_model, read_document
+from models.geometry.shapes import Box, Capsule, ConvexHull, Cylinder, Sphere
+from models.kinematics.link_frames import link_frames
 from tests.support.acceptance import FOLDER
 from tests.support.solids import support
 

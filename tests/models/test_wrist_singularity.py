@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.arm import SINGULAR_WRIST
-from models.closed_form import closed_form
-from models.kept import KEPT
-from models.kinematics import characteristic_length, conditioning
-from models.wrist_singularity import wrist_distance, wrist_shortfall
+from models.base.kept import KEPT
+from models.kinematics.closed_form import closed_form
+from models.kinematics.kinematics import characteristic_length, conditioning
+from models.kinematics.wrist_singularity import wrist_distance, wrist_shortfall
+from models.robot.arm import SINGULAR_WRIST
 from tests.support.arms import make_arm, oblique_wrist, random_joints
 
 

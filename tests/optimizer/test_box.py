@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from models import catalogue
-from models.cell import Cell
-from models.dh import robot_from_dh
-from models.kinematics import flange_poses
-from models.pose import inverse, rotation_from_rpy, rotation_x, rotation_z, transform
-from models.task import Task
+from models.base.pose import inverse, rotation_from_rpy, rotation_x, rotation_z, transform
+from models.catalogue import catalogue
+from models.catalogue.dh import robot_from_dh
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.kinematics.kinematics import flange_poses
 from optimizer.box import reach_windows, search_box, spread
 from tests.support.arms import make_arm, oblique_wrist, region, skew_rows
 

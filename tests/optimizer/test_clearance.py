@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.cell import Cell
-from models.collision import CollisionModel
-from models.kinematics import flange_poses
-from models.pose import rotation_z, transform
-from models.shapes import Body, Box, Capsule, Sphere
-from models.surroundings import Clearances, PairClass, Part, Surroundings
-from models.task import Task
+from models.base.pose import rotation_z, transform
+from models.cell.cell import Cell
+from models.cell.surroundings import Clearances, PairClass, Part, Surroundings
+from models.cell.task import Task
+from models.collision.collision import CollisionModel
+from models.geometry.shapes import Body, Box, Capsule, Sphere
+from models.kinematics.kinematics import flange_poses
 from optimizer.clearance import check_clearance
 from optimizer.path_samples import ObjectPath, follow
 from optimizer.stretches import Resolution

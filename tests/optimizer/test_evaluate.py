@@ -10,18 +10,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from models.arm import BaseRegion, Interval
-from models.cell import Cell
-from models.collision import CollisionModel
-from models.coupling import Direction, Distance, Mirror, Rail, SameHeight
-from models.coupling.direction import APART
-from models.floor import Floor, Footprint
-from models.kinematics import flange_poses
-from models.pose import rotation_z, transform
-from models.posture import Posture
-from models.separation import separation
-from models.shapes import Body, Box
-from models.surroundings import Clearances, Equipment, PairClass, Surroundings
+from models.base.pose import rotation_z, transform
+from models.cell.cell import Cell
+from models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from models.cell.coupling.direction import APART
+from models.cell.floor import Floor, Footprint
+from models.cell.surroundings import Clearances, Equipment, PairClass, Surroundings
+from models.collision.collision import CollisionModel
+from models.geometry.separation import separation
+from models.geometry.shapes import Body, Box
+from models.kinematics.kinematics import flange_poses
+from models.robot.arm import BaseRegion, Interval
+from models.robot.posture import Posture
 from optimizer.evaluate import evaluate_layout
 from optimizer.layout import Layout, Outcome
 from optimizer.optimize import optimize

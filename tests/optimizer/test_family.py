@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.arm import Interval
-from models.cell import Cell
-from models.family import Job, family
-from models.kinematics import flange_poses
-from models.pose import inverse, rotation_x, rotation_z, transform
-from models.task import Task, line
+from models.base.pose import inverse, rotation_x, rotation_z, transform
+from models.cell.cell import Cell
+from models.cell.family import Job, family
+from models.cell.task import Task, line
+from models.kinematics.kinematics import flange_poses
+from models.robot.arm import Interval
 from optimizer.gradient import PostureFunction
 from optimizer.layout import Outcome
 from optimizer.optimize import optimize

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.cell import Cell
-from models.collision import CollisionModel
-from models.family import Job, family
-from models.pose import inverse, rotation_z, transform
-from models.shapes import Body, Sphere
-from models.task import Task
+from models.base.pose import inverse, rotation_z, transform
+from models.cell.cell import Cell
+from models.cell.family import Job, family
+from models.cell.task import Task
+from models.collision.collision import CollisionModel
+from models.geometry.shapes import Body, Sphere
 from optimizer.clearance import check_clearance
 from optimizer.coupled.scene import Scene as CoupledScene
 from optimizer.coupled.sqp.samples import sample_path

@@ -3,9 +3,9 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from models.kinematics import flange_poses
-from models.pose import inverse, rotation_z, transform
-from models.posture import ALL_SIGNS
+from models.base.pose import inverse, rotation_z, transform
+from models.kinematics.kinematics import flange_poses
+from models.robot.posture import ALL_SIGNS
 from optimizer.gradient import Followed, PostureFunction, paths_at
 from tests.support.problems import PROBLEMS, STEP, names, near, postures
 

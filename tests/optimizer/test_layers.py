@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from models.kinematics import flange_poses
-from models.pose import rotation_x
+from models.base.pose import rotation_x
+from models.kinematics.kinematics import flange_poses
 from optimizer.layers import BEYOND, LEAP, _shortest, best_path, layers_at, node_costs
 from tests.support.angles import TURN, wrapped
 from tests.support.answers import reached, turn_between

@@ -8,14 +8,14 @@ from itertools import product
 import numpy as np
 import pytest
 
-from models import catalogue
-from models.arm import Arm
-from models.cell import Cell
-from models.coupling import Distance
-from models.linear_limits import LinearLimits
-from models.pose import rotation_x, rotation_z, transform
-from models.surroundings import Surroundings
-from models.task import Task
+from models.base.pose import rotation_x, rotation_z, transform
+from models.catalogue import catalogue
+from models.cell.cell import Cell
+from models.cell.coupling import Distance
+from models.cell.surroundings import Surroundings
+from models.cell.task import Task
+from models.robot.arm import Arm
+from models.robot.linear_limits import LinearLimits
 from optimizer.certificate.certify import certify
 from optimizer.evaluate import evaluate_layout
 from optimizer.layout import Layout, Outcome

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.branches import signs_of
-from models.closed_form import closed_form
+from models.kinematics.branches import signs_of
+from models.kinematics.closed_form import closed_form
 from optimizer import local
 from optimizer.local import solve_locally
 from optimizer.measure import placed

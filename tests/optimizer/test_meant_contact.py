@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.cell import Cell
-from models.pose import transform
-from models.shapes import Body, Box
-from models.surroundings import Clearances, PairClass, Part, Surroundings
-from models.task import Task
+from models.base.pose import transform
+from models.cell.cell import Cell
+from models.cell.surroundings import Clearances, PairClass, Part, Surroundings
+from models.cell.task import Task
+from models.geometry.shapes import Body, Box
 from optimizer.evaluate import evaluate_layout
 from optimizer.meant_contact import if_meant
 from optimizer.optimize import optimize

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.branches import path_signs, signs_of
-from models.cell import Cell
-from models.closed_form import closed_form
-from models.pose import rotation_z, transform
-from models.posture import name_signs
-from models.task import Task
+from models.base.pose import rotation_z, transform
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.kinematics.branches import path_signs, signs_of
+from models.kinematics.closed_form import closed_form
+from models.robot.posture import name_signs
 from optimizer.measure import joint_margins, objective_of, placed
 from optimizer.program import ArmPoint
 from tests.support.answers import assert_placed, conditioning_by_differences

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.collision import CollisionModel
-from models.pose import rotation_vector
-from models.surroundings import PairClass
+from models.base.pose import rotation_vector
+from models.cell.surroundings import PairClass
+from models.collision.collision import CollisionModel
 from optimizer.motion import Motion
 from tests.support.cells import beam_pair, random_obstacles
 

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from bench.random_tasks import random_cell
-from models.chain import chain_of
-from models.closed_form import closed_form
-from models.kinematics import flange_poses
-from models.straight_wrist import can_be_straight, straight_wrists
+from models.kinematics.chain import chain_of
+from models.kinematics.closed_form import closed_form
+from models.kinematics.kinematics import flange_poses
+from models.kinematics.straight_wrist import can_be_straight, straight_wrists
 from optimizer.certificate.certify import certify
 from optimizer.reduced import reduced_problem
 from optimizer.search import search_arm

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from models.branches import signs_of
-from models.cell import Cell
-from models.closed_form import closed_form
-from models.kinematics import flange_poses
-from models.pose import inverse, rotation_x, rotation_z, transform
-from models.posture import ALL_SIGNS, Posture, name_signs
-from models.task import Task
+from models.base.pose import inverse, rotation_x, rotation_z, transform
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.kinematics.branches import signs_of
+from models.kinematics.closed_form import closed_form
+from models.kinematics.kinematics import flange_poses
+from models.robot.posture import ALL_SIGNS, Posture, name_signs
 from optimizer.optimize import optimize
 from tests.support.answers import assert_sound, reached, solved
 from tests.support.arms import general_six, make_arm, oblique_wrist, puma_by_table, region, skew_robot

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from models.posture import ELBOW, SHOULDER, WRIST
+from models.robot.posture import ELBOW, SHOULDER, WRIST
 from optimizer.layout import Layout, Outcome
 from optimizer.optimize import optimize
 from tests.support.acceptance import CASES, load

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models import catalogue
-from models.cell import Cell
-from models.kinematics import flange_poses, reach
-from models.pose import rotation_z, transform
-from models.task import line
+from models.base.pose import rotation_z, transform
+from models.catalogue import catalogue
+from models.cell.cell import Cell
+from models.cell.task import line
+from models.kinematics.kinematics import flange_poses, reach
 from optimizer.optimize import optimize
 from tests.support.answers import assert_ended, assert_sound
 from tests.support.arms import make_arm, region

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.pose import rotation_from_rpy, rotation_x, rotation_z, transform
+from models.base.pose import rotation_from_rpy, rotation_x, rotation_z, transform
 from optimizer.optimize import optimize
 from tests.support.answers import assert_ended, assert_sound
 from tests.support.brute import USELESS, brute_force

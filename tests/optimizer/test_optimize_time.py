@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from models.task import Task
+from models.cell.task import Task
 from optimizer.layout import Outcome
 from optimizer.optimize import optimize
 from optimizer.settings import Settings

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models import catalogue
-from models.kinematics import flange_poses
-from models.pose import interpolate_rotations, rotation_about, rotation_angle, rotation_z, transform
+from models.base.pose import interpolate_rotations, rotation_about, rotation_angle, rotation_z, transform
+from models.catalogue import catalogue
+from models.kinematics.kinematics import flange_poses
 from optimizer.path_samples import ObjectPath, follow
 
 ARMS = ["puma560", "ur10e", "lrmate200id", "fanuc_crx10ia", "iiwa14", "franka_panda"]

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from models.arm import FREE_YAW
+from models.robot.arm import FREE_YAW
 from optimizer.paths import choose_yaw, lift, unwrap
 from tests.support.angles import TURN, wrapped
 from tests.support.arms import region

@@ -7,10 +7,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from models.arm import Arm, BaseRegion, Interval, range_weights
-from models.catalogue import robot
-from models.cell import Cell
-from models.posture import ALL_SIGNS, name_signs
+from models.catalogue.catalogue import robot
+from models.cell.cell import Cell
+from models.robot.arm import Arm, BaseRegion, Interval, range_weights
+from models.robot.posture import ALL_SIGNS, name_signs
 from optimizer.gradient import PostureFunction, paths_at
 from optimizer.layout import Baseline
 from optimizer.penalty import METHODS, minimise_from, nearest_posture, run_baseline

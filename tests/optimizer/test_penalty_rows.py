@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.arm import Interval
+from models.robot.arm import Interval
 from optimizer.gradient import PostureFunction
 from optimizer.penalty_rows import INVERSE_BARRIER, LOG_BARRIER, ConstrainedPosture, exterior
 from optimizer.reduced import reduced_problem

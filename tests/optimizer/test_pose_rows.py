@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from models import catalogue
-from models.branches import posture_terms
-from models.closed_form import closed_form
-from models.kinematics import flange_poses
-from models.pose import rotation_about, rotation_vector, rotation_x, rotation_z, transform
+from models.base.pose import rotation_about, rotation_vector, rotation_x, rotation_z, transform
+from models.catalogue import catalogue
+from models.kinematics.branches import posture_terms
+from models.kinematics.closed_form import closed_form
+from models.kinematics.kinematics import flange_poses
 from optimizer.pose_rows import BASE, hessian_pattern, pose_rows, target_numbers
 
 ROBOTS = ("puma560", "ur10e", "iiwa14", "yumi_left", "kr6_r900")

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.branches import signs_of
-from models.closed_form import closed_form
-from models.kinematics import flange_poses
-from models.pose import rotation_z, transform
-from models.posture import ALL_SIGNS
-from models.task import Task
+from models.base.pose import rotation_z, transform
+from models.cell.task import Task
+from models.kinematics.branches import signs_of
+from models.kinematics.closed_form import closed_form
+from models.kinematics.kinematics import flange_poses
+from models.robot.posture import ALL_SIGNS
 from optimizer.program import ArmPoint, Cuts, build_program, describe, joint_bounds
 from tests.support.arms import make_arm, region
 from tests.support.tasks import possible

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from models.catalogue import robot
-from models.closed_form import closed_form
-from models.kinematics import flange_poses
+from models.catalogue.catalogue import robot
+from models.kinematics.closed_form import closed_form
+from models.kinematics.kinematics import flange_poses
 from optimizer.gradient import PostureFunction
 from optimizer.reach import reach_range
 from tests.support.problems import PROBLEMS, STEP, anywhere, names, postures

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.arm import Interval
+from models.robot.arm import Interval
 from optimizer.gradient import PostureFunction
 from optimizer.reach_phase import MARGIN, approach
 from optimizer.reduced import reduced_problem

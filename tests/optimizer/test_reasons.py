@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.branches import signs_of
-from models.cell import Cell
-from models.closed_form import closed_form
-from models.kinematics import flange_poses, reach
-from models.pose import transform
-from models.posture import Posture
-from models.task import Task
+from models.base.pose import transform
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.kinematics.branches import signs_of
+from models.kinematics.closed_form import closed_form
+from models.kinematics.kinematics import flange_poses, reach
+from models.robot.posture import Posture
 from optimizer.layout import Layout, Reason
 from optimizer.optimize import optimize
 from tests.support.arms import make_arm, region

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.posture import ALL_SIGNS, Posture
-from models.task import Task
+from models.cell.task import Task
+from models.robot.posture import ALL_SIGNS, Posture
 from optimizer.box import search_box
 from optimizer.reduced import evaluate, evaluate_signed, reduced_problem
 from optimizer.screening import Candidate, distinct, improve, mixed, on_whole_task, scored, screen

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.branches import signs_of
-from models.closed_form import closed_form
-from models.posture import Posture
+from models.kinematics.branches import signs_of
+from models.kinematics.closed_form import closed_form
+from models.robot.posture import Posture
 from optimizer import search as search_module
 from optimizer.search import search_arm
 from optimizer.settings import Settings

@@ -10,11 +10,11 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from models.branches import signs_of
-from models.closed_form import closed_form
-from models.kinematics import flange_poses
-from models.pose import rotation_angle, rotation_z, transform
-from models.task import Task
+from models.base.pose import rotation_angle, rotation_z, transform
+from models.cell.task import Task
+from models.kinematics.branches import signs_of
+from models.kinematics.closed_form import closed_form
+from models.kinematics.kinematics import flange_poses
 from optimizer import solve
 from optimizer.program import ArmPoint, Cuts, build_program
 from optimizer.solve import STATUS, Solve, SolveStatus, solve_program

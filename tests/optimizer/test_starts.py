@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from models.arm import Arm, BaseRegion, Interval, equal_weights
-from models.catalogue import robot
-from models.cell import Cell
-from models.closed_form import closed_form
-from models.pose import transform
-from models.task import Task
+from models.base.pose import transform
+from models.catalogue.catalogue import robot
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.kinematics.closed_form import closed_form
+from models.robot.arm import Arm, BaseRegion, Interval, equal_weights
 from optimizer.reach import reach_range
 from optimizer.starts import LEFT, RIGHT, source_start
 

@@ -8,8 +8,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from models import catalogue
-from models.pose import rotation_from_rpy, rotation_x, rotation_z, transform
+from models.base.pose import rotation_from_rpy, rotation_x, rotation_z, transform
+from models.catalogue import catalogue
 from optimizer.pose_rows import TARGET, target_numbers
 from optimizer.structure import structure_of
 

@@ -10,15 +10,15 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from models.cell import Cell
-from models.collision import CollisionModel
-from models.floor import Footprint
-from models.kinematics import flange_poses
-from models.link_frames import link_frames
-from models.pose import inverse, transform
-from models.shapes import Body, Capsule, Sphere
-from models.surroundings import Clearances, Equipment, PairClass, Pedestal, Surroundings
-from models.task import Task, line
+from models.base.pose import inverse, transform
+from models.cell.cell import Cell
+from models.cell.floor import Footprint
+from models.cell.surroundings import Clearances, Equipment, PairClass, Pedestal, Surroundings
+from models.cell.task import Task, line
+from models.collision.collision import CollisionModel
+from models.geometry.shapes import Body, Capsule, Sphere
+from models.kinematics.kinematics import flange_poses
+from models.kinematics.link_frames import link_frames
 from optimizer.clearance import check_clearance, found_clearances
 from optimizer.measure import placed as place
 from optimizer.optimize import optimize

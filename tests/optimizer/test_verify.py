@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.branches import signs_of
-from models.closed_form import closed_form
-from models.pose import rotation_about, rotation_x
-from models.task import Task
+from models.base.pose import rotation_about, rotation_x
+from models.cell.task import Task
+from models.kinematics.branches import signs_of
+from models.kinematics.closed_form import closed_form
 from optimizer.program import ArmPoint
 from optimizer.verify import check, summarise
 from tests.support.tasks import Possible, possible

@@ -8,7 +8,7 @@ import time
 import numpy as np
 import pytest
 
-from models.cell import Cell
+from models.cell.cell import Cell
 from optimizer.events import Bounded, Event, Iterated, Screened, Stage, Started, Verified
 from optimizer.optimize import optimize
 from optimizer.settings import CertificateSettings, Settings

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from bench.kept_requests import kept
-from models.coupling import Distance
-from models.shapes import Body, Box
-from models.surroundings import Clearances, Surroundings
+from models.cell.coupling import Distance
+from models.cell.surroundings import Clearances, Surroundings
+from models.geometry.shapes import Body, Box
 from optimizer.coupled.found import CoupledSearch
 from optimizer.coupled.layout import coupled_layout
 from optimizer.layout import Certificate, Layout, Outcome, Search

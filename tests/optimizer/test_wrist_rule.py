@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.arm import SINGULAR_WRIST, BaseRegion, Interval
-from models.branches import signs_of
-from models.cell import Cell
-from models.closed_form import closed_form
-from models.kinematics import flange_poses
-from models.pose import inverse
-from models.posture import ALL_SIGNS, Posture
-from models.task import Task
-from models.wrist_singularity import wrist_distance
+from models.base.pose import inverse
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.kinematics.branches import signs_of
+from models.kinematics.closed_form import closed_form
+from models.kinematics.kinematics import flange_poses
+from models.kinematics.wrist_singularity import wrist_distance
+from models.robot.arm import SINGULAR_WRIST, BaseRegion, Interval
+from models.robot.posture import ALL_SIGNS, Posture
 from optimizer.certificate.certify import certify
 from optimizer.evaluate import evaluate_layout
 from optimizer.layers import best_path

@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from models import catalogue, errors
+from models.base import errors
+from models.catalogue import catalogue
 from service.app import create_app
 from service.problems import KINDS
 from service.robots import load_catalogue

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from models.geometry.decomposition import Decomposition, decompose
-from models.meshes import Mesh
+from models.geometry.meshes import Mesh
 from service.cli import main
 from service.cli_solve import exit_code, show
 from service.library import Library

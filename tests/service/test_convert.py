@@ -10,9 +10,9 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 
-from models.arm import range_weights
-from models.catalogue import robot
-from models.posture import Posture
+from models.catalogue.catalogue import robot
+from models.robot.arm import range_weights
+from models.robot.posture import Posture
 from optimizer.penalty import METHODS
 from service.convert import cell_of, settings_of
 from service.issues import InvalidRequest

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from models.coupling import Direction, Distance, Mirror, Rail, SameHeight
-from models.floor import POINT
-from models.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
-from models.surroundings import Clearances
+from models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from models.cell.floor import POINT
+from models.cell.surroundings import Clearances
+from models.geometry.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
 from optimizer.settings import ToleranceSettings
 from service.convert import cell_of, joints_of, settings_of
 from service.issues import InvalidRequest

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from models.pose import rotation_from_quaternion, rotation_x, rotation_z
+from models.base.pose import rotation_from_quaternion, rotation_x, rotation_z
 from optimizer.findings import Alternative, Clearance, Explanation, Relaxation, Tolerance
 from optimizer.layout import (
     ArmCertificate,

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from models.pose import rotation_from_rpy, transform
+from models.base.pose import rotation_from_rpy, transform
 from optimizer.optimize import optimize
 from service.cli_tables import print_layout
 from service.convert import cell_of, settings_of

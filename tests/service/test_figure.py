@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.lines import AxLine
 from matplotlib.patches import Circle, Polygon, Rectangle
 
-from models.catalogue import robot
-from models.kinematics import flange_poses
-from models.pose import quaternion_from_rotation, rotation_z, transform
-from models.shapes import Body
+from models.base.pose import quaternion_from_rotation, rotation_z, transform
+from models.catalogue.catalogue import robot
+from models.geometry.shapes import Body
+from models.kinematics.kinematics import flange_poses
 from service.convert import cell_of
 from service.figure import arm_points, draw_layout, write_figure
 from service.figure_surroundings import outline

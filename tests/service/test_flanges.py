@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from fastapi.testclient import TestClient
 
-from models.catalogue import robot
-from models.pose import quaternion_from_rotation, rotation_from_rpy, transform
-from models.robot_frames import ISO_9787
+from models.base.pose import quaternion_from_rotation, rotation_from_rpy, transform
+from models.catalogue.catalogue import robot
+from models.robot.robot_frames import ISO_9787
 from service.convert import cell_of
 from service.documents import result_document
 from service.issues import InvalidRequest

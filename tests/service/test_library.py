@@ -18,9 +18,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
-from models.links import LinkBody
-from models.robot import Robot
-from models.shapes import Body, HalfSpace
+from models.catalogue.links import LinkBody
+from models.geometry.shapes import Body, HalfSpace
+from models.robot.robot import Robot
 from service.library import Library
 from service.mesh_intake import mesh_from_file
 from service.requests.accept import accept
@@ -106,7 +106,7 @@ def test_a_library_answers_for_robots_links_and_hulls(tmp_path: Path, own: UserR
 
 def test_bodies_move_with_the_links_of_the_urdf(own: UserRobot) -> None:
     """The bodies against the meshes themselves, placed by Pinocchio's own reading of the file."""
-    from models.link_frames import link_frames
+    from models.kinematics.link_frames import link_frames
 
     model = pin.buildModelFromXML(own_robot.urdf())
     data = model.createData()

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from models.errors import InvalidInput
+from models.base.errors import InvalidInput
 from service.mesh_archive import MeshArchive
 from service.settings import Limits
 from tests.support.own_robot import zipped

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 from fastapi.testclient import TestClient
 
+from models.description.urdf_bodies import MeshWork
 from models.geometry import link_meshes
 from models.geometry.decomposition import decompose
+from models.geometry.meshes import read_triangles
 from models.geometry.piece_cache import PiecesInMemory, key_of
-from models.meshes import read_triangles
-from models.urdf_bodies import MeshWork
 from service import mesh_intake
 from service.issues import InvalidRequest
 from service.mesh_intake import mesh_from_file

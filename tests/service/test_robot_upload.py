@@ -14,7 +14,7 @@ import pytest
 import trimesh
 from fastapi.testclient import TestClient
 
-from models import catalogue
+from models.catalogue import catalogue
 from service.app import create_app
 from service.library import Library
 from service.requests.accept import accept

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from models.robot import Robot
-from models.urdf import robot_from_urdf
+from models.description.urdf import robot_from_urdf
+from models.robot.robot import Robot
 from service.issues import Issues
 from service.requests.shared_joints import check_shared_joints
 from tests.support.acceptance import FOLDER

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from models.cell import Cell
-from models.pose import rotation_from_quaternion, transform
-from models.posture import ELBOW, SHOULDER, WRIST, Posture
-from models.task import Task
+from models.base.pose import rotation_from_quaternion, transform
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.robot.posture import ELBOW, SHOULDER, WRIST, Posture
 from tests.support.arms import make_arm, region
 
 FOLDER = Path(__file__).resolve().parents[1] / "data" / "acceptance"

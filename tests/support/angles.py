@@ -7,7 +7,7 @@ from math import pi
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models.arrays import Floats
+from models.base.arrays import Floats
 
 TURN = 2.0 * pi
 

@@ -6,9 +6,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from models.arm import Arm
-from models.cell import Cell
-from models.kinematics import FLANGE, pinocchio_model
+from models.cell.cell import Cell
+from models.kinematics.kinematics import FLANGE, pinocchio_model
+from models.robot.arm import Arm
 from optimizer.layout import Layout, Outcome, Placement
 from optimizer.optimize import optimize
 from tests.support.signs import axis_signs

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models import catalogue
-from models.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
-from models.dh import DhRow, robot_from_dh
-from models.posture import Posture
-from models.reference import mid_range
-from models.robot import Robot
+from models.catalogue import catalogue
+from models.catalogue.dh import DhRow, robot_from_dh
+from models.catalogue.reference import mid_range
+from models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
+from models.robot.posture import Posture
+from models.robot.robot import Robot
 
 Side = ArrayLike | Interval
 """A number where there is nothing to choose, or both ends."""

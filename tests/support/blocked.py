@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from models.arm import range_weights
-from models.cell import Cell
-from models.pose import rotation_x, rotation_z, transform
-from models.shapes import Body, Box, Sphere
-from models.surroundings import Clearances, Surroundings
-from models.task import Task
+from models.base.pose import rotation_x, rotation_z, transform
+from models.cell.cell import Cell
+from models.cell.surroundings import Clearances, Surroundings
+from models.cell.task import Task
+from models.geometry.shapes import Body, Box, Sphere
+from models.robot.arm import range_weights
 from optimizer.findings import Explanation
 from optimizer.infeasibility.explain import explain
 from optimizer.infeasibility.searched.conflict import Conflict, ConflictSearch

@@ -7,14 +7,14 @@ from math import pi
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from models.arm import Arm, BaseRegion, Interval, range_weights
-from models.catalogue import robot
-from models.cell import Cell
-from models.dh import robot_from_dh
-from models.family import Job, family
-from models.kinematics import reach
-from models.robot import Robot
-from models.task import Task
+from models.catalogue.catalogue import robot
+from models.catalogue.dh import robot_from_dh
+from models.cell.cell import Cell
+from models.cell.family import Job, family
+from models.cell.task import Task
+from models.kinematics.kinematics import reach
+from models.robot.arm import Arm, BaseRegion, Interval, range_weights
+from models.robot.robot import Robot
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.reduced import ReducedProblem, evaluate, reduced_problem
 from tests.support.arms import oblique_wrist, skew_rows

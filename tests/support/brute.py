@@ -13,11 +13,11 @@ import numpy as np
 import ssik
 from scipy.optimize import minimize
 
-from models.arm import Arm
-from models.cell import Cell
-from models.chain import chain_of
-from models.posture import ALL_SIGNS
-from models.robot import Robot
+from models.cell.cell import Cell
+from models.kinematics.chain import chain_of
+from models.robot.arm import Arm
+from models.robot.posture import ALL_SIGNS
+from models.robot.robot import Robot
 from tests.support import puma
 from tests.support.angles import TURN, wrapped
 from tests.support.signs import axis_signs

@@ -11,16 +11,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from models.arm import Arm
-from models.cell import Cell
-from models.floor import Footprint
-from models.kinematics import flange_poses
-from models.links import link_bodies
-from models.pose import inverse, rotation_x, rotation_z, transform
-from models.robot import Robot
-from models.shapes import Body, Box, Capsule, HalfSpace
-from models.surroundings import Clearances, Equipment, Part, Pedestal, Surroundings
-from models.task import Task
+from models.base.pose import inverse, rotation_x, rotation_z, transform
+from models.catalogue.links import link_bodies
+from models.cell.cell import Cell
+from models.cell.floor import Footprint
+from models.cell.surroundings import Clearances, Equipment, Part, Pedestal, Surroundings
+from models.cell.task import Task
+from models.geometry.shapes import Body, Box, Capsule, HalfSpace
+from models.kinematics.kinematics import flange_poses
+from models.robot.arm import Arm
+from models.robot.robot import Robot
 from optimizer.path_samples import follow
 from tests.support.arms import make_arm
 from tests.support.solids import KINDS, random_shape

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from models.family import Job, family
-from models.kinematics import flange_poses
-from models.pose import inverse
-from models.robot import Robot
-from models.task import Task
+from models.base.pose import inverse
+from models.cell.family import Job, family
+from models.cell.task import Task
+from models.kinematics.kinematics import flange_poses
+from models.robot.robot import Robot
 from tests.support.signs import axis_signs
 from tests.support.tasks import Possible, possible, way_of_joints
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import strategies as st
 
-from models.arm import Arm, BaseRegion, Interval, range_weights
-from models.catalogue import robot
-from models.cell import Cell
-from models.pose import rotation_z, transform
-from models.posture import ALL_SIGNS
-from models.task import line
+from models.base.pose import rotation_z, transform
+from models.catalogue.catalogue import robot
+from models.cell.cell import Cell
+from models.cell.task import line
+from models.robot.arm import Arm, BaseRegion, Interval, range_weights
+from models.robot.posture import ALL_SIGNS
 from optimizer.reduced import ReducedProblem, reduced_problem
 
 STEP = 1e-6

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.closed_form import closed_form
-from models.nominal import nominal
-from models.pose import rotation_about
-from models.robot import Robot
+from models.base.pose import rotation_about
+from models.kinematics.closed_form import closed_form
+from models.kinematics.nominal import nominal
+from models.robot.robot import Robot
 
 
 def joint_axes(robot: Robot, joints: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

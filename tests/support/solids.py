@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from models.pose import transform
-from models.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
+from models.base.pose import transform
+from models.geometry.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
 
 KINDS: tuple[type[Shape], ...] = (Box, Sphere, Cylinder, Capsule, ConvexHull)
 

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from models.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
-from models.cell import Cell
-from models.chain import chain_of
-from models.kinematics import characteristic_length, conditioning, flange_poses
-from models.pose import inverse, rotation_z, transform
-from models.robot import Robot
-from models.task import Task
+from models.base.pose import inverse, rotation_z, transform
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.kinematics.chain import chain_of
+from models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
+from models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
+from models.robot.robot import Robot
 from tests.support.arms import make_arm, random_joints
 from tests.support.signs import axis_signs
 

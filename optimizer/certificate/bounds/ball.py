@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from models.arrays import Bools, Floats
+from models.base.arrays import Bools, Floats
 
 ANYTHING = 1e3
 """rad; radius of an angle nothing is known about. Finite, so that no operation ends in inf - inf."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arrays import Bools, Floats, Ints
-from models.linear_limits import LinearLimits
+from models.base.arrays import Bools, Floats, Ints
+from models.robot.linear_limits import LinearLimits
 from optimizer.certificate.bounds.angles.expansion import Enclosed, Expansion, enclose, expand
 from optimizer.certificate.bounds.angles.joints import SLACK, Kinematics
 from optimizer.certificate.bounds.angles.linear_sums import sums_lost

@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arm import TURN
-from models.arrays import Floats
+from models.base.arrays import Floats
+from models.robot.arm import TURN
 from optimizer.certificate.bounds.ball import Ball
 from optimizer.certificate.bounds.rules import Rules
 from optimizer.common_yaw import JobShifts

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arm import TURN
-from models.arrays import Bools, Floats
+from models.base.arrays import Bools, Floats
+from models.robot.arm import TURN
 from optimizer.certificate.bounds.ball import Ball
 
 MOST_LIFTS = 6

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arrays import Bools, Floats
+from models.base.arrays import Bools, Floats
 from optimizer.certificate.bounds.box_bounds import LIMIT, LINEAR, PATH, REACH, SINGULAR, SUMS, BoxBounds
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.bounds.region import Region

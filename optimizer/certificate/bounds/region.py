@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arrays import Bools, Floats
-from models.kept import KEPT
+from models.base.arrays import Bools, Floats
+from models.base.kept import KEPT
 from optimizer.certificate.bounds.angles.targets import Targets
 
 SLACK = 5.0 * KEPT

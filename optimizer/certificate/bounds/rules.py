@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arm import SINGULAR_WRIST, TURN
-from models.arrays import Bools, Floats
-from models.jobs import joined
-from models.kept import KEPT
+from models.base.arrays import Bools, Floats
+from models.base.kept import KEPT
+from models.cell.jobs import joined
+from models.robot.arm import SINGULAR_WRIST, TURN
 from optimizer.certificate.bounds.angles.joints import SLACK
 from optimizer.certificate.bounds.yaw import Shifts
 from optimizer.reduced import ReducedProblem

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from models.arrays import Bools, Floats, Ints
+from models.base.arrays import Bools, Floats, Ints
 from optimizer.certificate.bounds.angles.expansion import Enclosed, Expansion
 from optimizer.certificate.bounds.ball import Ball
 from optimizer.certificate.bounds.linear import Linear

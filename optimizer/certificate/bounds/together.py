@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arrays import Bools, Floats
+from models.base.arrays import Bools, Floats
 from optimizer.certificate.bounds.angles.expansion import Enclosed
 from optimizer.certificate.bounds.angles.joints import Kinematics
 from optimizer.certificate.bounds.angles.pitch import has_free_pitch, pitch_cells

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from models.arm import TURN
-from models.arrays import Bools, Floats
+from models.base.arrays import Bools, Floats
+from models.robot.arm import TURN
 from optimizer.certificate.bounds.ball import Ball
 from optimizer.certificate.bounds.common_shift import common_shift
 from optimizer.certificate.bounds.rules import Rules

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Bools, Floats, Ints
-from models.floor import Floor, Footprint
-from models.pose import rotation_z
-from models.separation import separation
+from models.base.arrays import Bools, Floats, Ints
+from models.base.pose import rotation_z
+from models.cell.floor import Floor, Footprint
+from models.geometry.separation import separation
+from models.robot.arm import Arm
 from optimizer.certificate.exclusion.bodies import ArmBodies, SolidPair
 from optimizer.certificate.exclusion.causes import FLOOR, TOLERANCE
 from optimizer.certificate.exclusion.gap import gap, inside

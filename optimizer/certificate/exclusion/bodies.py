@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arrays import Bools, Floats, Ints
-from models.collision import CollisionModel
-from models.collision_bodies import EVERY
-from models.shapes import Body
-from models.surroundings import PairClass
+from models.base.arrays import Bools, Floats, Ints
+from models.cell.surroundings import PairClass
+from models.collision.collision import CollisionModel
+from models.collision.collision_bodies import EVERY
+from models.geometry.shapes import Body
 from optimizer.certificate.exclusion.causes import Causes, link_pair
 from optimizer.certificate.exclusion.inscribed import InnerCapsule, axis_capsules, edge_points, inner_capsules
 

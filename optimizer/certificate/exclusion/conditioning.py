@@ -25,11 +25,11 @@ from itertools import product
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Bools, Floats, Ints
-from models.chain import chain_of
-from models.difference import SAME, Difference
-from models.kinematics import characteristic_length
+from models.base.arrays import Bools, Floats, Ints
+from models.kinematics.chain import chain_of
+from models.kinematics.difference import SAME, Difference
+from models.kinematics.kinematics import characteristic_length
+from models.robot.arm import Arm
 from optimizer.certificate.bounds.angles.joints import Kinematics
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.exclusion.causes import TOLERANCE

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Bools, Floats, Ints
-from models.collision import CollisionModel
-from models.floor import Floor, Footprint
+from models.base.arrays import Bools, Floats, Ints
+from models.cell.floor import Floor, Footprint
+from models.collision.collision import CollisionModel
+from models.robot.arm import Arm
 from optimizer.certificate.bounds.angles.joints import Kinematics
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.bounds.rules import Rules

@@ -11,8 +11,8 @@ from math import ceil
 
 import numpy as np
 
-from models.arrays import Floats
-from models.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Shape, Sphere
+from models.base.arrays import Floats
+from models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Shape, Sphere
 from optimizer.certificate.exclusion.gap import inside
 
 SPACING = 0.7

@@ -28,10 +28,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Bools, Floats, Ints
-from models.kinematics import reach
-from models.link_frames import link_frames
+from models.base.arrays import Bools, Floats, Ints
+from models.kinematics.kinematics import reach
+from models.kinematics.link_frames import link_frames
+from models.robot.arm import Arm
 from optimizer.certificate.bounds.angles.expansion import enclose, expand
 from optimizer.certificate.bounds.angles.joints import Kinematics
 from optimizer.certificate.bounds.ball import Ball

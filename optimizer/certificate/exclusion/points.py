@@ -7,7 +7,7 @@ from itertools import product
 
 import numpy as np
 
-from models.arrays import Bools, Floats, Ints
+from models.base.arrays import Bools, Floats, Ints
 from optimizer.certificate.exclusion.bodies import Other, Points
 from optimizer.certificate.exclusion.causes import TOLERANCE
 from optimizer.certificate.exclusion.gap import gap

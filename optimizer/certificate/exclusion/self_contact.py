@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from models.arrays import Floats
+from models.base.arrays import Floats
 from optimizer.certificate.exclusion.bodies import Capsules, SelfPair
 from optimizer.certificate.exclusion.causes import TOLERANCE
 from optimizer.certificate.exclusion.gap import segment_gaps

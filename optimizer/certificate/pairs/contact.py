@@ -12,9 +12,9 @@ from itertools import product
 
 import numpy as np
 
-from models.arrays import Bools, Floats, Ints
-from models.collision import CollisionModel
-from models.surroundings import PairClass
+from models.base.arrays import Bools, Floats, Ints
+from models.cell.surroundings import PairClass
+from models.collision.collision import CollisionModel
 from optimizer.certificate.exclusion.causes import TOLERANCE
 from optimizer.certificate.exclusion.gap import segment_gaps
 from optimizer.certificate.exclusion.motion import Motion

@@ -6,9 +6,9 @@ from math import cos, sin
 
 import numpy as np
 
-from models.arrays import Bools, Floats
-from models.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
-from models.coupling.apart import Apart
+from models.base.arrays import Bools, Floats
+from models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from models.cell.coupling.apart import Apart
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.exclusion.causes import TOLERANCE
 

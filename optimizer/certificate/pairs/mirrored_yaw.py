@@ -15,9 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arm import TURN
-from models.arrays import Floats, Ints
-from models.coupling import Coupling, Mirror
+from models.base.arrays import Floats, Ints
+from models.cell.coupling import Coupling, Mirror
+from models.robot.arm import TURN
 from optimizer.certificate.bounds.ball import Ball
 from optimizer.certificate.bounds.rules import Rules
 from optimizer.certificate.bounds.yaw import unwrapped

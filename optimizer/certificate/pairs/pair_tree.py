@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arrays import Bools, Floats, Ints
+from models.base.arrays import Bools, Floats, Ints
 from optimizer.certificate.arm_tree import ArmTree
 from optimizer.certificate.exclusion.causes import TOLERANCE
 from optimizer.certificate.pairs.contact import Contact

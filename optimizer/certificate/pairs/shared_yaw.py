@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arm import TURN
-from models.arrays import Bools, Floats, Ints
+from models.base.arrays import Bools, Floats, Ints
+from models.robot.arm import TURN
 from optimizer.certificate.exclusion.causes import TOLERANCE
 from optimizer.certificate.exclusion.yaw_cells import YawCells
 from optimizer.certificate.pairs.mirrored_yaw import BestYaw

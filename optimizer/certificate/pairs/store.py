@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from models.arrays import Floats, Ints
+from models.base.arrays import Floats, Ints
 from optimizer.certificate.arm_tree import ArmTree
 from optimizer.certificate.exclusion.motion import Motion
 from optimizer.certificate.pairs.mirrored_yaw import BestYaw, best_yaw

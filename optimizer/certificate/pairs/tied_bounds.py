@@ -15,9 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arrays import Floats, Ints
-from models.coupling import Coupling
-from models.coupling.apart import Apart
+from models.base.arrays import Floats, Ints
+from models.cell.coupling import Coupling
+from models.cell.coupling.apart import Apart
 from optimizer.certificate.arm_tree import ArmTree
 from optimizer.certificate.bounds.linear import Linear
 from optimizer.certificate.pairs.mirrored_yaw import BestYaw, sum_of_yaws

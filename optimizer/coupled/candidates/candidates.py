@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arrays import Floats, Ints
+from models.base.arrays import Floats, Ints
 from optimizer.coupled.candidates.followed import FollowedProblem
 from optimizer.coupled.candidates.placement_filter import FORGIVEN, PlacementFilter
 from optimizer.coupled.candidates.placements import Placements

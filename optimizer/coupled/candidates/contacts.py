@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.arrays import Bools, Floats, Ints
-from models.bounding import exact_box_distances, segment_distances
-from models.collision import CollisionModel
-from models.collision_bodies import EVERY, CellBodies
-from models.pair_bounds import PairBounds
-from models.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
+from models.base.arrays import Bools, Floats, Ints
+from models.collision.collision import CollisionModel
+from models.collision.collision_bodies import EVERY, CellBodies
+from models.collision.pair_bounds import PairBounds
+from models.geometry.bounding import exact_box_distances, segment_distances
+from models.geometry.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
 
 
 @dataclass(frozen=True, eq=False, slots=True)

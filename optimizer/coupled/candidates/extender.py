@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arrays import Bools, Floats, Ints
-from models.surroundings import PairClass
+from models.base.arrays import Bools, Floats, Ints
+from models.cell.surroundings import PairClass
 from optimizer.coupled.candidates.candidates import ArmCandidates
 from optimizer.coupled.candidates.contacts import SomePairs
 from optimizer.coupled.candidates.loose import LooseTies

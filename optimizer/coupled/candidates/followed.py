@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Floats, Ints
-from models.cell import Cell
+from models.base.arrays import Floats, Ints
+from models.cell.cell import Cell
+from models.robot.arm import Arm
 from optimizer.coupled.scene import Scene
 from optimizer.path_samples import ObjectPath
 from optimizer.program import ArmPoint

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arrays import Floats
+from models.base.arrays import Floats
 from optimizer.box import search_box
 from optimizer.coupled.candidates.candidates import ArmCandidates
 from optimizer.coupled.candidates.extender import FULL, Effort, Extender, Layouts, first_layouts

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arrays import Bools, Floats, Ints
-from models.coupling import Coupling
+from models.base.arrays import Bools, Floats, Ints
+from models.cell.coupling import Coupling
 from optimizer.coupled.candidates.followed import FollowedProblem
 from optimizer.coupled.candidates.placements import Placements, moved
 from optimizer.coupled.candidates.unknowns import TiedUnknowns

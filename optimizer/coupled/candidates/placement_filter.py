@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arrays import Bools, Floats, Ints
-from models.link_frames import link_frames
-from models.surroundings import PairClass
+from models.base.arrays import Bools, Floats, Ints
+from models.cell.surroundings import PairClass
+from models.kinematics.link_frames import link_frames
 from optimizer.coupled.candidates.contacts import SomePairs
 from optimizer.coupled.candidates.placements import Placements, well_conditioned
 from optimizer.coupled.scene import Scene, world_yaw

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.arm import TURN
-from models.arrays import Bools, Floats, Ints
-from models.posture import ALL_SIGNS
+from models.base.arrays import Bools, Floats, Ints
+from models.robot.arm import TURN
+from models.robot.posture import ALL_SIGNS
 from optimizer.coupled.candidates.followed import FollowedProblem
 from optimizer.coupled.candidates.unknowns import Samples
 from optimizer.program import ArmPoint

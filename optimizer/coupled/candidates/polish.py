@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.arrays import Floats, Ints
+from models.base.arrays import Floats, Ints
 from optimizer.coupled.candidates.extender import Layouts
 from optimizer.coupled.candidates.followed import Followed, FollowedProblem
 from optimizer.coupled.candidates.layouts import boxes_of

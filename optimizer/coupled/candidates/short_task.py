@@ -13,11 +13,11 @@ from math import pi
 
 import numpy as np
 
-from models.arm import TURN
-from models.arrays import Floats, Ints
-from models.cell import Cell
-from models.pose import rotation_angle
-from models.task import Task
+from models.base.arrays import Floats, Ints
+from models.base.pose import rotation_angle
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.robot.arm import TURN
 from optimizer.coupled.candidates.starts import Start
 from optimizer.coupled.scene import Scene
 from optimizer.path_samples import ObjectPath

@@ -8,7 +8,7 @@ from itertools import islice
 
 import numpy as np
 
-from models.arrays import Ints
+from models.base.arrays import Ints
 from optimizer.coupled.candidates.extender import Layouts
 from optimizer.coupled.candidates.followed import Followed
 from optimizer.coupled.nearby import nearby

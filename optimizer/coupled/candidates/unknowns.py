@@ -17,9 +17,9 @@ from math import ceil
 
 import numpy as np
 
-from models.arrays import Floats, Ints
-from models.cell import Cell
-from models.sampling import even_points
+from models.base.arrays import Floats, Ints
+from models.base.sampling import even_points
+from models.cell.cell import Cell
 
 SAME = 1e-9
 """Directions that differ by less are the same; a row whose slope changes by less is affine."""

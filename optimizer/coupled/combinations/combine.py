@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arrays import Floats
-from models.cell import Cell
+from models.base.arrays import Floats
+from models.cell.cell import Cell
 from optimizer.coupled.combinations.place_tied import tied
 from optimizer.coupled.combinations.pool import Member, Pool
 from optimizer.coupled.nearby import nearby

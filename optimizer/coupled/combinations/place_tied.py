@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Floats
-from models.coupling import Coupling
+from models.base.arrays import Floats
+from models.cell.coupling import Coupling
+from models.robot.arm import Arm
 from optimizer.coupled.combinations.pool import Member
 from optimizer.program import ArmPoint
 from optimizer.reduced import ReducedProblem, evaluate_signed

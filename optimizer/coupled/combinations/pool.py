@@ -10,10 +10,10 @@ from itertools import islice
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Floats, Ints
-from models.cell import Cell
-from models.posture import ALL_SIGNS
+from models.base.arrays import Floats, Ints
+from models.cell.cell import Cell
+from models.robot.arm import Arm
+from models.robot.posture import ALL_SIGNS
 from optimizer.box import search_box, spread
 from optimizer.coupled.scene import Scene, world_yaw
 from optimizer.coupled.sqp.refine import price_of

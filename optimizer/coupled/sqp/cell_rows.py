@@ -10,10 +10,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from models.arrays import Floats
-from models.collision import Configurations
-from models.contact_gradient import contact_gradients
-from models.surroundings import PairClass
+from models.base.arrays import Floats
+from models.cell.surroundings import PairClass
+from models.collision.collision import Configurations
+from models.collision.contact_gradient import contact_gradients
 from optimizer.coupled.scene import Scene, world_yaw
 from optimizer.coupled.sqp.linear_rows import RowCollector
 from optimizer.pose_rows import BASE

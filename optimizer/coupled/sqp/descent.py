@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from models.arrays import Floats
-from models.cell import Cell
-from models.surroundings import PairClass
+from models.base.arrays import Floats
+from models.cell.cell import Cell
+from models.cell.surroundings import PairClass
 from optimizer.coupled.nearby import nearby
 from optimizer.coupled.scene import Scene
 from optimizer.coupled.sqp.linear_rows import LinearRows

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Floats, Ints
-from models.branches import posture_terms
-from models.closed_form import ClosedForm, closed_form
-from models.nominal import singular_fifth
-from models.singular_margins import ELBOW, SHOULDER, margins_along
+from models.base.arrays import Floats, Ints
+from models.cell.singular_margins import ELBOW, SHOULDER, margins_along
+from models.kinematics.branches import posture_terms
+from models.kinematics.closed_form import ClosedForm, closed_form
+from models.kinematics.nominal import singular_fifth
+from models.robot.arm import Arm
 from optimizer.coupled.scene import Scene
 from optimizer.coupled.sqp.linear_rows import RowCollector
 from optimizer.pose_rows import BASE

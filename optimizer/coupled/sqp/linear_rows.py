@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.arrays import Floats, Ints
+from models.base.arrays import Floats, Ints
 from optimizer.coupled.sqp.manifold import Directions, Unknowns
 from optimizer.coupled.sqp.samples import Samples
 

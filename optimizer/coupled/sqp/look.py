@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from models.surroundings import PairClass
+from models.cell.surroundings import PairClass
 from optimizer.coupled.scene import Scene
 from optimizer.coupled.sqp.cell_rows import add_contacts, add_floor, add_ties
 from optimizer.coupled.sqp.joint_rows import add_joint_rows

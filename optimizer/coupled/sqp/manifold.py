@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Floats, Ints
-from models.cell import Cell
-from models.chain import chain_of
-from models.screws import forward_and_jacobian
+from models.base.arrays import Floats, Ints
+from models.cell.cell import Cell
+from models.kinematics.chain import chain_of
+from models.kinematics.screws import forward_and_jacobian
+from models.robot.arm import Arm
 from optimizer.coupled.sqp.on_task import REACHED, brought_onto
 from optimizer.coupled.sqp.sensitivity import joints_by_base
 from optimizer.pose_rows import BASE

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arm import TURN, Arm
-from models.arrays import Floats
-from models.branches import solve_signed
-from models.closed_form import closed_form
-from models.pose import inverse
+from models.base.arrays import Floats
+from models.base.pose import inverse
+from models.kinematics.branches import solve_signed
+from models.kinematics.closed_form import closed_form
+from models.robot.arm import TURN, Arm
 from optimizer.path_samples import follow
 
 REACHED = 1e-9

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Floats
-from models.cell import Cell
-from models.pose import inverse
+from models.base.arrays import Floats
+from models.base.pose import inverse
+from models.cell.cell import Cell
+from models.robot.arm import Arm
 from optimizer.coupled.sqp.manifold import Directions, Unknowns, directions
 from optimizer.path_samples import follow
 from optimizer.pose_rows import BASE

@@ -14,8 +14,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from models.cell import Cell
-from models.surroundings import PairClass
+from models.cell.cell import Cell
+from models.cell.surroundings import PairClass
 from optimizer.clearance import PathClearance
 from optimizer.coupled.nearby import nearby
 from optimizer.coupled.scene import LIMITS, Scene

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arrays import Floats, Ints
-from models.cell import Cell
-from models.pose import inverse
+from models.base.arrays import Floats, Ints
+from models.base.pose import inverse
+from models.cell.cell import Cell
 from optimizer.coupled.sqp.on_task import REACHED, brought_onto
 from optimizer.path_samples import ObjectPath
 from optimizer.program import ArmPoint

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import piqp
 
-from models.arrays import Floats
+from models.base.arrays import Floats
 from optimizer.coupled.sqp.linear_rows import LinearRows
 from optimizer.coupled.sqp.quadratic import Quadratic
 

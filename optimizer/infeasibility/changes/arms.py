@@ -8,9 +8,9 @@ from math import degrees, pi, radians
 
 import numpy as np
 
-from models.arm import Arm, Interval, range_weights
-from models.cell import Cell
-from models.posture import Posture
+from models.cell.cell import Cell
+from models.robot.arm import Arm, Interval, range_weights
+from models.robot.posture import Posture
 from optimizer.infeasibility.changes.remedy import FARTHEST, Remedy
 from optimizer.infeasibility.requirements import Kind, Requirement
 

@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from models.arrays import Floats
-from models.cell import Cell
-from models.chain import chain_of
-from models.coupling import Distance
-from models.floor import Floor
-from models.kinematics import characteristic_length
-from models.screws import conditioning_of
-from models.shapes import HalfSpace
-from models.surroundings import PairClass
+from models.base.arrays import Floats
+from models.cell.cell import Cell
+from models.cell.coupling import Distance
+from models.cell.floor import Floor
+from models.cell.surroundings import PairClass
+from models.geometry.shapes import HalfSpace
+from models.kinematics.chain import chain_of
+from models.kinematics.kinematics import characteristic_length
+from models.kinematics.screws import conditioning_of
 from optimizer.infeasibility.changes.arms import freed, limits, linear_limit, turned_or_raised, wider_region, with_arm
 from optimizer.infeasibility.changes.obstacles import moved_obstacle
 from optimizer.infeasibility.changes.remedy import FARTHEST, Remedy

@@ -7,10 +7,10 @@ from math import atan2
 
 import numpy as np
 
-from models.arrays import Floats
-from models.cell import Cell
-from models.pose import transform
-from models.shapes import Body
+from models.base.arrays import Floats
+from models.base.pose import transform
+from models.cell.cell import Cell
+from models.geometry.shapes import Body
 from optimizer.coupled.scene import LIMITS, Scene
 from optimizer.infeasibility.changes.remedy import FARTHEST, Remedy
 from optimizer.infeasibility.requirements import Requirement

@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.arrays import Floats, Ints
-from models.cell import Cell
-from models.pose import inverse
-from models.task import Task
+from models.base.arrays import Floats, Ints
+from models.base.pose import inverse
+from models.cell.cell import Cell
+from models.cell.task import Task
 from optimizer.coupled.scene import Scene
 from optimizer.findings import Relaxation
 from optimizer.infeasibility.searched.trial import clean

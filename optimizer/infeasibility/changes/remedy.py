@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from models.arrays import Floats
-from models.cell import Cell
+from models.base.arrays import Floats
+from models.cell.cell import Cell
 from optimizer.infeasibility.effort import Effort
 from optimizer.infeasibility.largest import Largest
 from optimizer.infeasibility.requirements import Requirement

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from models.arm import Arm
-from models.arrays import Floats
-from models.cell import Cell
-from models.floor import Floor, Footprint
-from models.kept import KEPT
+from models.base.arrays import Floats
+from models.base.kept import KEPT
+from models.cell.cell import Cell
+from models.cell.floor import Floor, Footprint
+from models.robot.arm import Arm
 from optimizer.box import reach_windows, search_box
 from optimizer.certificate.bounds.angles.targets import Targets
 from optimizer.certificate.bounds.region import reachable_region

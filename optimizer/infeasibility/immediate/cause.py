@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import floor
 
-from models.cell import Cell
-from models.kept import KEPT
-from models.surroundings import PairClass
+from models.base.kept import KEPT
+from models.cell.cell import Cell
+from models.cell.surroundings import PairClass
 from optimizer.layout import Reason
 
 SURE = 3.8e-6

@@ -14,12 +14,12 @@ from math import ceil, cos, floor, inf, isfinite, pi, sin
 import numpy as np
 from scipy.optimize import linprog
 
-from models.arm import TURN
-from models.arrays import Floats
-from models.cell import Cell
-from models.coupling import Coupling, Direction, Distance, Mirror
-from models.coupling.apart import Apart
-from models.kept import KEPT
+from models.base.arrays import Floats
+from models.base.kept import KEPT
+from models.cell.cell import Cell
+from models.cell.coupling import Coupling, Direction, Distance, Mirror
+from models.cell.coupling.apart import Apart
+from models.robot.arm import TURN
 from optimizer.box import search_box
 from optimizer.infeasibility.immediate.cause import SURE, Infeasibility
 from optimizer.infeasibility.immediate.distance_conflicts import distance_conflicts

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from math import floor, inf
 
-from models.cell import Cell
-from models.coupling import Distance
-from models.kept import KEPT
+from models.base.kept import KEPT
+from models.cell.cell import Cell
+from models.cell.coupling import Distance
 from optimizer.infeasibility.immediate.cause import SURE, Infeasibility
 
 Chain = tuple[float, tuple[int, ...]]

@@ -12,12 +12,12 @@ from math import radians
 
 import numpy as np
 
-from models.arrays import Bools, Floats, Ints
-from models.cell import Cell
-from models.collision import CollisionModel, Configurations, Contact
-from models.kept import KEPT
-from models.pose import inverse
-from models.surroundings import PairClass
+from models.base.arrays import Bools, Floats, Ints
+from models.base.kept import KEPT
+from models.base.pose import inverse
+from models.cell.cell import Cell
+from models.cell.surroundings import PairClass
+from models.collision.collision import CollisionModel, Configurations, Contact
 from optimizer.infeasibility.immediate.cause import Infeasibility, millimetres, rounded_down, surely_short
 from optimizer.meant_contact import if_meant
 from optimizer.path_samples import ObjectPath

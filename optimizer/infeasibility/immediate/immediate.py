@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from math import inf
 
-from models.cell import Cell
-from models.collision import CollisionModel
+from models.cell.cell import Cell
+from models.collision.collision import CollisionModel
 from optimizer.infeasibility.immediate.base_regions import floor_conflicts, region_conflicts
 from optimizer.infeasibility.immediate.cause import Infeasibility
 from optimizer.infeasibility.immediate.coupling_conflicts import coupling_conflicts

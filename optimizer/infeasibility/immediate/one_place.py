@@ -6,9 +6,9 @@ from itertools import combinations
 
 import numpy as np
 
-from models.cell import Cell
-from models.kept import KEPT
-from models.one_place import NEAREST, one_machine
+from models.base.kept import KEPT
+from models.cell.cell import Cell
+from models.cell.one_place import NEAREST, one_machine
 from optimizer.infeasibility.immediate.cause import SURE, Infeasibility, millimetres
 
 

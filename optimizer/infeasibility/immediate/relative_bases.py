@@ -12,16 +12,16 @@ from math import cos, inf, sin
 
 import numpy as np
 
-from models.arrays import Bools, Floats
-from models.cell import Cell
-from models.chain import chain_of
-from models.collision import CollisionModel
-from models.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
-from models.kept import KEPT
-from models.pose import transform
-from models.separation import separation
-from models.shapes import Sphere
-from models.surroundings import PairClass
+from models.base.arrays import Bools, Floats
+from models.base.kept import KEPT
+from models.base.pose import transform
+from models.cell.cell import Cell
+from models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from models.cell.surroundings import PairClass
+from models.collision.collision import CollisionModel
+from models.geometry.separation import separation
+from models.geometry.shapes import Sphere
+from models.kinematics.chain import chain_of
 from optimizer.box import search_box
 from optimizer.infeasibility.immediate.cause import SURE, Infeasibility, millimetres, rounded_down
 

@@ -13,16 +13,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arm import TURN, Arm
-from models.arrays import Floats, Ints
-from models.bounding import bounding, segment_distances
-from models.cell import Cell
-from models.collision import CollisionModel
-from models.kept import KEPT
-from models.link_frames import link_frames
-from models.separation import separation
-from models.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Sphere
-from models.surroundings import PairClass
+from models.base.arrays import Floats, Ints
+from models.base.kept import KEPT
+from models.cell.cell import Cell
+from models.cell.surroundings import PairClass
+from models.collision.collision import CollisionModel
+from models.geometry.bounding import bounding, segment_distances
+from models.geometry.separation import separation
+from models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Sphere
+from models.kinematics.link_frames import link_frames
+from models.robot.arm import TURN, Arm
 from optimizer.infeasibility.immediate.cause import Infeasibility, millimetres, rounded_down, surely_short
 from optimizer.watch import check_stop
 

@@ -6,7 +6,7 @@ import time
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
-from models.cell import Cell
+from models.cell.cell import Cell
 from optimizer.infeasibility.requirements import (
     OWN,
     Kind,

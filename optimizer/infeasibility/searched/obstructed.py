@@ -7,13 +7,13 @@ from math import radians
 import numpy as np
 import shapely
 
-from models.arm import Arm
-from models.arrays import Floats, Ints
-from models.cell import Cell
-from models.collision import CollisionModel, Configurations
-from models.floor import Footprint
-from models.kept import KEPT
-from models.surroundings import Clearances, PairClass, Surroundings
+from models.base.arrays import Floats, Ints
+from models.base.kept import KEPT
+from models.cell.cell import Cell
+from models.cell.floor import Footprint
+from models.cell.surroundings import Clearances, PairClass, Surroundings
+from models.collision.collision import CollisionModel, Configurations
+from models.robot.arm import Arm
 from optimizer.box import search_box
 from optimizer.layout import Reason
 from optimizer.meant_contact import if_meant

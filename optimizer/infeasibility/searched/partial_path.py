@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Floats
-from models.cell import Cell
-from models.pose import inverse
+from models.base.arrays import Floats
+from models.base.pose import inverse
+from models.cell.cell import Cell
+from models.robot.arm import Arm
 from optimizer.path_samples import ObjectPath, follow
 from optimizer.program import ArmPoint
 

@@ -6,8 +6,8 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from models.arm import Arm
-from models.cell import Cell
+from models.cell.cell import Cell
+from models.robot.arm import Arm
 from optimizer.coupled.combinations.combine import combine
 from optimizer.coupled.combinations.pool import alone_scene, pool_of, with_optimum
 from optimizer.coupled.scene import LIMITS, Scene

@@ -7,17 +7,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.arm import Arm
-from models.branches import path_signs
-from models.cell import Cell
-from models.chain import chain_of
-from models.collision_bodies import Owner
-from models.kept import KEPT
-from models.kinematics import characteristic_length
-from models.nominal import posture_form
-from models.screws import conditioning_of
-from models.surroundings import PairClass
-from models.wrist_singularity import wrist_shortfall
+from models.base.kept import KEPT
+from models.cell.cell import Cell
+from models.cell.surroundings import PairClass
+from models.collision.collision_bodies import Owner
+from models.kinematics.branches import path_signs
+from models.kinematics.chain import chain_of
+from models.kinematics.kinematics import characteristic_length
+from models.kinematics.nominal import posture_form
+from models.kinematics.screws import conditioning_of
+from models.kinematics.wrist_singularity import wrist_shortfall
+from models.robot.arm import Arm
 from optimizer.coupled.scene import LIMITS, Scene, tie_violation, world_yaw
 from optimizer.coupled.sqp.samples import Samples, sample_path
 from optimizer.infeasibility.requirements import Kind, Requirement, Selection

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arrays import Floats
-from models.chain import chain_of
-from models.kinematics import characteristic_length
-from models.screws import conditioning_of
+from models.base.arrays import Floats
+from models.kinematics.chain import chain_of
+from models.kinematics.kinematics import characteristic_length
+from models.kinematics.screws import conditioning_of
 from optimizer.single_arm.redundant.unreduced_problem import UnreducedProblem
 
 NEAR = 1.3

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arm import TURN
-from models.arrays import Floats, Ints
-from models.branches import signs_of
-from models.closed_form import closed_form
-from models.sampling import even_points
+from models.base.arrays import Floats, Ints
+from models.base.sampling import even_points
+from models.kinematics.branches import signs_of
+from models.kinematics.closed_form import closed_form
+from models.robot.arm import TURN
 from optimizer.single_arm.redundant.key_poses import METRES_PER_RADIAN
 from optimizer.single_arm.redundant.unreduced_problem import UnreducedProblem
 

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arrays import Floats, Ints
-from models.chain_columns import rotation_vectors
-from models.linear_limits import LinearLimits
+from models.base.arrays import Floats, Ints
+from models.kinematics.chain_columns import rotation_vectors
+from models.robot.linear_limits import LinearLimits
 from optimizer.single_arm.redundant.conditioning_pull import conditioning_pull
 from optimizer.single_arm.redundant.normal_equations import backwards, bounded_step, factorised, forwards
 from optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, seen_from_bases

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.arrays import Bools, Floats, Ints
-from models.cell import Cell
-from models.pose import rotation_angle
-from models.task import Task
+from models.base.arrays import Bools, Floats, Ints
+from models.base.pose import rotation_angle
+from models.cell.cell import Cell
+from models.cell.task import Task
 from optimizer.program import ArmPoint
 
 MOVED, TURNED = 5e-4, 1e-3

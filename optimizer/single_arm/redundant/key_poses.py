@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arrays import Floats, Ints
-from models.pose import rotation_about, rotation_angle
+from models.base.arrays import Floats, Ints
+from models.base.pose import rotation_about, rotation_angle
 from optimizer.single_arm.redundant.unreduced_problem import UnreducedProblem
 
 METRES_PER_RADIAN = 0.4

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arrays import Floats
+from models.base.arrays import Floats
 
 SMALLEST_PIVOT = 1e-14
 PASSES = 5

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Floats
-from models.cell import Cell
+from models.base.arrays import Floats
+from models.cell.cell import Cell
+from models.robot.arm import Arm
 from optimizer.single_arm.redundant.draws import draw_seeds
 from optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
 from optimizer.single_arm.redundant.parameters import PARAMETERS

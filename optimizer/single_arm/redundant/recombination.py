@@ -12,9 +12,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from models.arm import TURN
-from models.arrays import Bools, Floats, Ints
-from models.chain_columns import rotation_vectors
+from models.base.arrays import Bools, Floats, Ints
+from models.kinematics.chain_columns import rotation_vectors
+from models.robot.arm import TURN
 from optimizer.single_arm.linear_sums import sum_excess
 from optimizer.single_arm.redundant.conditioning_pull import conditioning_values
 from optimizer.single_arm.redundant.draws import drawn_postures, fit_to_bases

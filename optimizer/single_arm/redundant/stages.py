@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.arrays import Bools, Floats, Ints
+from models.base.arrays import Bools, Floats, Ints
 from optimizer.single_arm.redundant.draws import draw_seeds, drawn_postures, fit_to_bases
 from optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
 from optimizer.single_arm.redundant.key_poses import key_poses, on_the_way, reduced_to, shares

@@ -14,9 +14,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from models.arm import TURN, Arm
-from models.arrays import Floats
-from models.cell import Cell
+from models.base.arrays import Floats
+from models.cell.cell import Cell
+from models.robot.arm import TURN, Arm
 from optimizer.layers import LayeredPath, finish_path
 from optimizer.measure import objective_of
 from optimizer.program import ArmPoint

@@ -10,14 +10,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Bools, Floats, Ints
-from models.branches import posture_of
-from models.cell import Cell
-from models.chain import chain_of
-from models.chain_columns import ColumnChain, column_chain
-from models.closed_form import closed_form
-from models.jobs import joined, slices
+from models.base.arrays import Bools, Floats, Ints
+from models.cell.cell import Cell
+from models.cell.jobs import joined, slices
+from models.kinematics.branches import posture_of
+from models.kinematics.chain import chain_of
+from models.kinematics.chain_columns import ColumnChain, column_chain
+from models.kinematics.closed_form import closed_form
+from models.robot.arm import Arm
 from optimizer.program import ArmPoint
 
 ENDLESS = 1e9

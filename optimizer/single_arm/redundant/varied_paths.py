@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.arm import Arm
-from models.arrays import Floats
-from models.cell import Cell
+from models.base.arrays import Floats
+from models.cell.cell import Cell
+from models.robot.arm import Arm
 from optimizer.continuation import continue_paths
 from optimizer.layers import LayeredPath, finish_path
 from optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton

@@ -7,10 +7,10 @@ from xml.etree import ElementTree
 
 import pytest
 
+from models.base.errors import InvalidRobot
 from models.description.chain_choice import ChainChoice, choose_chain
 from models.description.link_tree import LinkTree
-from models.errors import InvalidRobot
-from models.urdf_file import read_document
+from models.description.urdf_file import read_document
 from tests.support.acceptance import FOLDER
 
 

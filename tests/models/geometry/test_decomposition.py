@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from models.errors import InvalidInput
+from models.base.errors import InvalidInput
 from models.geometry.decomposition import decompose, sticking_out
-from models.meshes import Mesh, read_triangles
+from models.geometry.meshes import Mesh, read_triangles
 from tests.support.acceptance import FOLDER
 
 

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from models.branches import posture_of, posture_terms
-from models.catalogue import robot
-from models.cell import Cell
-from models.closed_form import ClosedForm, closed_form
-from models.difference import SAME
-from models.kinematics import flange_poses
-from models.nominal import nominal
-from models.pose import rotation_x
-from models.posture import ALL_SIGNS
-from models.robot import Robot
-from models.task import Task
+from models.base.pose import rotation_x
+from models.catalogue.catalogue import robot
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.kinematics.branches import posture_of, posture_terms
+from models.kinematics.closed_form import ClosedForm, closed_form
+from models.kinematics.difference import SAME
+from models.kinematics.kinematics import flange_poses
+from models.kinematics.nominal import nominal
+from models.robot.posture import ALL_SIGNS
+from models.robot.robot import Robot
 from optimizer.certificate.bounds.box_bounds import BoxBounder
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.measure import objective_of

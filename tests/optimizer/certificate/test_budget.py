@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.surroundings import Clearances, Surroundings
+from models.cell.surroundings import Clearances, Surroundings
 from optimizer.certificate.budget import GAP, LEAST, automatic, boxes_for, search_time
 from optimizer.certificate.certify import certify
 from optimizer.reduced import reduced_problem

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from bench.cells import real_cell
-from models.arm import BaseRegion, Interval
-from models.cell import Cell
+from models.cell.cell import Cell
+from models.robot.arm import BaseRegion, Interval
 from optimizer.certificate.cell_proof import CellProof, prove_cell
 from optimizer.certificate.leaves import excluded_shares
 from optimizer.coupled.scene import Scene

@@ -7,12 +7,12 @@ from itertools import count, pairwise
 import numpy as np
 import pytest
 
-from models.arm import Arm, BaseRegion, Interval
-from models.cell import Cell
-from models.kinematics import characteristic_length, conditioning
-from models.pose import rotation_x, rotation_y, transform
-from models.posture import ALL_SIGNS, Posture
-from models.task import Task, line
+from models.base.pose import rotation_x, rotation_y, transform
+from models.cell.cell import Cell
+from models.cell.task import Task, line
+from models.kinematics.kinematics import characteristic_length, conditioning
+from models.robot.arm import Arm, BaseRegion, Interval
+from models.robot.posture import ALL_SIGNS, Posture
 from optimizer.certificate.certify import BranchAndBound, certify
 from optimizer.proof import Incumbent
 from optimizer.reduced import ReducedProblem, conditioning_shortfall, evaluate, evaluate_signed, reduced_problem

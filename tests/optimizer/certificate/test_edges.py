@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.arm import SINGULAR_WRIST, Interval
-from models.cell import Cell
-from models.floor import Floor
-from models.kinematics import characteristic_length, conditioning, flange_poses
-from models.pose import transform
-from models.posture import ALL_SIGNS, Posture
-from models.shapes import Body, Box
-from models.surroundings import Clearances
-from models.task import Task
-from models.wrist_singularity import wrist_distance
+from models.base.pose import transform
+from models.cell.cell import Cell
+from models.cell.floor import Floor
+from models.cell.surroundings import Clearances
+from models.cell.task import Task
+from models.geometry.shapes import Body, Box
+from models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
+from models.kinematics.wrist_singularity import wrist_distance
+from models.robot.arm import SINGULAR_WRIST, Interval
+from models.robot.posture import ALL_SIGNS, Posture
 from optimizer.certificate.cell_proof import prove_cell
 from optimizer.certificate.certify import certify
 from optimizer.coupled.scene import Scene

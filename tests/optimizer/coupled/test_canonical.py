@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from bench.images import moved, reversed_arms, reversed_obstacles, reversed_poses
-from models.cell import Cell
-from models.coupling import Mirror, SameHeight
-from models.floor import Floor
-from models.pose import rotation_z, transform
-from models.shapes import Body, Box
-from models.surroundings import Clearances, Surroundings
-from models.task import Task, line
+from models.base.pose import rotation_z, transform
+from models.cell.cell import Cell
+from models.cell.coupling import Mirror, SameHeight
+from models.cell.floor import Floor
+from models.cell.surroundings import Clearances, Surroundings
+from models.cell.task import Task, line
+from models.geometry.shapes import Body, Box
 from optimizer.coupled.canonical import CanonicalForm
 from optimizer.optimize import optimize
 from optimizer.program import ArmPoint

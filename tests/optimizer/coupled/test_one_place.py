@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import optimizer.optimize
-from models.cell import Cell
-from models.coupling import Distance
-from models.coupling.apart import Apart
-from models.one_place import NEAREST
+from models.cell.cell import Cell
+from models.cell.coupling import Distance
+from models.cell.coupling.apart import Apart
+from models.cell.one_place import NEAREST
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.pairs.couplings import untied
 from optimizer.evaluate import evaluate_layout

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from bench.coupled_tasks import coupled_task
-from models.coupling import Direction, Distance, Mirror, Rail, SameHeight
-from models.pose import rotation_from_rpy, rotation_z, transform
-from models.shapes import Body, Box
-from models.surroundings import Clearances, Part, Surroundings
-from models.task import line
+from models.base.pose import rotation_from_rpy, rotation_z, transform
+from models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from models.cell.surroundings import Clearances, Part, Surroundings
+from models.cell.task import line
+from models.geometry.shapes import Body, Box
 from optimizer.optimize import optimize
 from optimizer.reduced import evaluate, reduced_problem
 from optimizer.settings import CertificateSettings, Settings

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.cell import Cell
-from models.link_frames import link_frames
-from models.posture import ALL_SIGNS, Posture, name_signs
-from models.shapes import Body, Box
-from models.surroundings import Clearances
+from models.cell.cell import Cell
+from models.cell.surroundings import Clearances
+from models.geometry.shapes import Body, Box
+from models.kinematics.link_frames import link_frames
+from models.robot.posture import ALL_SIGNS, Posture, name_signs
 from optimizer.evaluate import evaluate_layout
 from optimizer.layout import Layout, Outcome
 from tests.optimizer.test_evaluate import of_scene

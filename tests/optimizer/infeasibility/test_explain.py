@@ -7,11 +7,11 @@ import time
 import numpy as np
 
 from bench.cells import real_cell
-from models.cell import Cell
-from models.pose import transform
-from models.shapes import Body, Box
-from models.surroundings import Clearances, Part, Surroundings
-from models.task import Task
+from models.base.pose import transform
+from models.cell.cell import Cell
+from models.cell.surroundings import Clearances, Part, Surroundings
+from models.cell.task import Task
+from models.geometry.shapes import Body, Box
 from optimizer.coupled.scene import Scene
 from optimizer.infeasibility.effort import Effort
 from optimizer.infeasibility.explain import explain

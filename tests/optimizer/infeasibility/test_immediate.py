@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 from bench.cells import real_cell
-from models.arm import Interval
-from models.cell import Cell
-from models.collision import CollisionModel
-from models.coupling import Direction, Distance, Mirror, Rail, SameHeight
-from models.floor import Floor, Footprint
-from models.link_frames import link_frames
-from models.pose import transform
-from models.separation import separation
-from models.shapes import Body, Box
-from models.surroundings import Clearances, Equipment, PairClass, Part, Surroundings
-from models.task import Task
+from models.base.pose import transform
+from models.cell.cell import Cell
+from models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from models.cell.floor import Floor, Footprint
+from models.cell.surroundings import Clearances, Equipment, PairClass, Part, Surroundings
+from models.cell.task import Task
+from models.collision.collision import CollisionModel
+from models.geometry.separation import separation
+from models.geometry.shapes import Body, Box
+from models.kinematics.link_frames import link_frames
+from models.robot.arm import Interval
 from optimizer.infeasibility.immediate import fixed_bodies
 from optimizer.infeasibility.immediate.coupling_conflicts import coupling_conflicts
 from optimizer.infeasibility.immediate.distance_conflicts import distance_conflicts

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from bench.cells import real_cell
-from models.posture import ALL_SIGNS
-from models.surroundings import PairClass
+from models.cell.surroundings import PairClass
+from models.robot.posture import ALL_SIGNS
 from optimizer.certificate.alone import AloneCheck
 from optimizer.infeasibility.effort import Effort
 from optimizer.infeasibility.largest import largest_clearance

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from bench.cells import real_cell
-from models.coupling import Direction, Distance, Rail, among
+from models.cell.coupling import Direction, Distance, Rail, among
 from optimizer.infeasibility.requirements import Kind, Requirement, everything, restricted
 
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.coupling import SameHeight
+from models.cell.coupling import SameHeight
 from optimizer.events import Event, Incumbent
 from optimizer.optimize import optimize
 from optimizer.program import ArmPoint

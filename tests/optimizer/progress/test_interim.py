@@ -12,7 +12,7 @@ import pytest
 import optimizer.advice
 import optimizer.infeasibility.explain
 import optimizer.optimize
-from models.cell import Cell
+from models.cell.cell import Cell
 from optimizer.layout import Layout, Outcome
 from optimizer.optimize import optimize
 from optimizer.settings import Settings, ToleranceSettings

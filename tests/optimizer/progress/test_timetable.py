@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from models.surroundings import Clearances, Surroundings
+from models.cell.surroundings import Clearances, Surroundings
 from optimizer.events import Event, Stage
 from optimizer.progress.timetable import Timetable, timetable
 from optimizer.settings import CertificateSettings, Settings, ToleranceSettings

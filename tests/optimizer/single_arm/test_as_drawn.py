@@ -10,17 +10,17 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from models import catalogue
-from models.cell import Cell
-from models.closed_form import closed_form
-from models.kinematics import flange_poses
-from models.nominal import as_drawn, nominal
-from models.pose import rotation_x, transform
-from models.posture import Posture
-from models.reference import working_reference
-from models.robot import Robot
-from models.task import line
-from models.urdf import robot_from_urdf
+from models.base.pose import rotation_x, transform
+from models.catalogue import catalogue
+from models.catalogue.reference import working_reference
+from models.cell.cell import Cell
+from models.cell.task import line
+from models.description.urdf import robot_from_urdf
+from models.kinematics.closed_form import closed_form
+from models.kinematics.kinematics import flange_poses
+from models.kinematics.nominal import as_drawn, nominal
+from models.robot.posture import Posture
+from models.robot.robot import Robot
 from optimizer.layout import Outcome
 from optimizer.optimize import optimize
 from optimizer.settings import Settings

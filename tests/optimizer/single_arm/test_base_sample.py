@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.cell import Cell
-from models.pose import rotation_z, transform
-from models.task import Task
+from models.base.pose import rotation_z, transform
+from models.cell.cell import Cell
+from models.cell.task import Task
 from optimizer.box import search_box
 from optimizer.reduced import reduced_problem
 from optimizer.single_arm.base_sample import BoxFrame

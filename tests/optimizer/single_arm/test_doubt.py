@@ -9,7 +9,7 @@ import numpy as np
 
 from bench.acceptance_search import case
 from bench.random_arms.draw import draw
-from models.wrist_singularity import wrist_distance
+from models.kinematics.wrist_singularity import wrist_distance
 from optimizer.box import search_box
 from optimizer.coupled.found import CoupledSearch
 from optimizer.prove import prove

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.kinematics import flange_poses
+from models.kinematics.kinematics import flange_poses
 from optimizer.box import search_box
 from optimizer.layers import LayeredPath
 from optimizer.optimize import optimize

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bench.random_tasks import random_cell
-from models.task import Task
+from models.cell.task import Task
 from optimizer.measure import objective_of
 from optimizer.search import search_arm
 from optimizer.settings import Settings

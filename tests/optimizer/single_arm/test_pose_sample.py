@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.pose import rotation_about, rotation_z
+from models.base.pose import rotation_about, rotation_z
 from optimizer.single_arm.pose_sample import sample_job
 
 

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.arm import SINGULAR_WRIST
-from models.branches import path_signs
-from models.cell import Cell
-from models.kinematics import flange_poses
-from models.nominal import nominal, posture_form, singular_fifth
-from models.posture import Posture
-from models.task import Task
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.kinematics.branches import path_signs
+from models.kinematics.kinematics import flange_poses
+from models.kinematics.nominal import nominal, posture_form, singular_fifth
+from models.robot.arm import SINGULAR_WRIST
+from models.robot.posture import Posture
 from optimizer.evaluate import evaluate_layout
 from optimizer.layout import Outcome
 from optimizer.optimize import optimize

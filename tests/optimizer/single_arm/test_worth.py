@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from bench.random_arms.draw import draw
-from models.task import Task
+from models.cell.task import Task
 from optimizer.box import search_box
 from optimizer.reduced import evaluate_signed, reduced_problem
 from optimizer.screening import screen

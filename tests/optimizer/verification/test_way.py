@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models import catalogue
-from models.arm import Arm
-from models.branches import signs_of, solve_signed
-from models.cell import Cell
-from models.chain import chain_of
-from models.closed_form import closed_form
-from models.kinematics import flange_poses
-from models.pose import inverse, rotation_about, rotation_vector, transform
-from models.task import Task
+from models.base.pose import inverse, rotation_about, rotation_vector, transform
+from models.catalogue import catalogue
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.kinematics.branches import signs_of, solve_signed
+from models.kinematics.chain import chain_of
+from models.kinematics.closed_form import closed_form
+from models.kinematics.kinematics import flange_poses
+from models.robot.arm import Arm
 from optimizer.path_samples import ObjectPath, follow, keep_inside
 from optimizer.program import ArmPoint
 from optimizer.verification.way import follow_way

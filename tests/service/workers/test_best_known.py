@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.cell import Cell
+from models.cell.cell import Cell
 from optimizer.events import Event
 from optimizer.layout import Outcome
 from optimizer.measure import objective_of

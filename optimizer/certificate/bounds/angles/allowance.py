@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.kept import KEPT
+from models.base.kept import KEPT
 from optimizer.certificate.bounds.angles.targets import Targets
 
 UNITS = 64.0

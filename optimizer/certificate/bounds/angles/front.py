@@ -27,7 +27,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arrays import Bools, Floats
+from models.base.arrays import Bools, Floats
 from optimizer.certificate.bounds.angles.targets import Targets
 from optimizer.certificate.bounds.ball import Ball, bearing, cos_sin, distances, reciprocal
 from optimizer.certificate.bounds.boxes import Boxes

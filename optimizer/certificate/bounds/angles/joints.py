@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.arrays import Bools, Floats
+from models.base.arrays import Bools, Floats
 from optimizer.certificate.bounds.angles.allowance import NONE, Allowance
 from optimizer.certificate.bounds.angles.front import Front, FrontSlopes, front_bending, front_slopes, front_values
 from optimizer.certificate.bounds.angles.targets import Targets

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arm import TURN
-from models.arrays import Bools, Floats
-from models.linear_limits import LinearLimits
+from models.base.arrays import Bools, Floats
+from models.robot.arm import TURN
+from models.robot.linear_limits import LinearLimits
 from optimizer.certificate.bounds.ball import Ball
 from optimizer.certificate.bounds.rules import MISSED, Rules
 

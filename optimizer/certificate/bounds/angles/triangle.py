@@ -30,8 +30,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arrays import Bools, Floats
-from models.closed_form import Planar
+from models.base.arrays import Bools, Floats
+from models.kinematics.closed_form import Planar
 from optimizer.certificate.bounds.ball import Ball, bearing, cos_sin, distances, reciprocal
 
 FLAT = 1e-4

@@ -23,8 +23,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arm import TURN
-from models.arrays import Floats
+from models.base.arrays import Floats
+from models.robot.arm import TURN
 from optimizer.certificate.bounds.angles.allowance import SINE
 from optimizer.certificate.bounds.angles.joints import SLACK, Angles, Kinematics
 from optimizer.certificate.bounds.angles.wrist import combined

@@ -40,8 +40,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.arrays import Bools, Floats
-from models.closed_form import ClosedForm
+from models.base.arrays import Bools, Floats
+from models.kinematics.closed_form import ClosedForm
 from optimizer.certificate.bounds.angles.allowance import SINE
 from optimizer.certificate.bounds.ball import ANYTHING, Ball, bearing, cos_sin, reciprocal
 

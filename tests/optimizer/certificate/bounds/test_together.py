@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from bench.singular_draw import members_near_curves, singular_boxes, singular_places, singular_problem
-from models.arm import Arm, BaseRegion, Interval
-from models.catalogue import robot
-from models.cell import Cell
-from models.closed_form import closed_form
-from models.link_frames import link_frames
-from models.task import Task
+from models.catalogue.catalogue import robot
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.kinematics.closed_form import closed_form
+from models.kinematics.link_frames import link_frames
+from models.robot.arm import Arm, BaseRegion, Interval
 from optimizer.certificate.bounds.angles.pitch import pitch_cells
 from optimizer.certificate.bounds.ball import Ball
 from optimizer.certificate.bounds.box_bounds import BoxBounder

@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.branches import posture_of
-from models.cell import Cell
-from models.closed_form import closed_form
-from models.difference import SAME
-from models.kinematics import characteristic_length, flange_poses
-from models.nominal import nominal
-from models.pose import transform
-from models.posture import ALL_SIGNS
-from models.robot import Robot
-from models.task import Task
+from models.base.pose import transform
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.kinematics.branches import posture_of
+from models.kinematics.closed_form import closed_form
+from models.kinematics.difference import SAME
+from models.kinematics.kinematics import characteristic_length, flange_poses
+from models.kinematics.nominal import nominal
+from models.robot.posture import ALL_SIGNS
+from models.robot.robot import Robot
 from optimizer.certificate.bounds.box_bounds import BoxBounder
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.exclusion.conditioning import jacobian_apart, poorly_conditioned

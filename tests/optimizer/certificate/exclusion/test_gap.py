@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from models.pose import transform
-from models.separation import separation
-from models.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
+from models.base.pose import transform
+from models.geometry.separation import separation
+from models.geometry.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
 from optimizer.certificate.exclusion.gap import gap, segment_gaps
 
 POINTS = np.random.default_rng(5).normal(size=(20, 3))

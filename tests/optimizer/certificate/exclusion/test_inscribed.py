@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from models.pose import transform
-from models.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Shape, Sphere
+from models.base.pose import transform
+from models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Shape, Sphere
 from optimizer.certificate.exclusion.gap import gap, inside
 from optimizer.certificate.exclusion.inscribed import (
     axis_capsules,

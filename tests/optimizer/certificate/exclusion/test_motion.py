@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.link_frames import link_frames
+from models.kinematics.link_frames import link_frames
 from optimizer.certificate.bounds.angles.joints import Kinematics
 from optimizer.certificate.bounds.angles.targets import Targets
 from optimizer.certificate.bounds.boxes import Boxes

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arm import TURN
+from models.robot.arm import TURN
 from optimizer.certificate.bounds.ball import Ball
 from optimizer.certificate.bounds.rules import Rules
 from optimizer.certificate.bounds.yaw import Shifts

@@ -7,7 +7,7 @@ from math import cos, sin
 import numpy as np
 import pytest
 
-from models.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.pairs.couplings import untied
 from optimizer.coupled.scene import tie_violation

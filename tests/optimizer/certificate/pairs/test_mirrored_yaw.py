@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.coupling import Mirror
+from models.cell.coupling import Mirror
 from optimizer.certificate.pairs.mirrored_yaw import BestYaw, mirrored_cost
 
 

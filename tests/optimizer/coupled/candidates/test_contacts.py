@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.link_frames import link_frames
-from models.pose import transform
-from models.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Sphere
-from models.surroundings import PairClass
+from models.base.pose import transform
+from models.cell.surroundings import PairClass
+from models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Sphere
+from models.kinematics.link_frames import link_frames
 from optimizer.coupled.candidates.contacts import SomePairs, inner_capsule
 from optimizer.coupled.scene import Scene
 from tests.support.cells import beam_pair

@@ -9,8 +9,8 @@ import pytest
 
 from bench.cells import real_cell
 from bench.dense_check import dense_check
-from models.coupling import Distance, Mirror
-from models.surroundings import Surroundings
+from models.cell.coupling import Distance, Mirror
+from models.cell.surroundings import Surroundings
 from optimizer.coupled.candidates.followed import Followed
 from optimizer.coupled.candidates.layouts import sample_layouts
 from optimizer.coupled.candidates.starts import starts_of

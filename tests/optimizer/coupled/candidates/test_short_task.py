@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.cell import Cell
-from models.pose import rotation_z, transform
-from models.posture import ALL_SIGNS
-from models.shapes import Body, Box
-from models.surroundings import Clearances, Surroundings
-from models.task import Task
+from models.base.pose import rotation_z, transform
+from models.cell.cell import Cell
+from models.cell.surroundings import Clearances, Surroundings
+from models.cell.task import Task
+from models.geometry.shapes import Body, Box
+from models.robot.posture import ALL_SIGNS
 from optimizer.coupled.candidates.short_task import ShortTask, shortened
 from optimizer.coupled.scene import Scene
 from optimizer.coupled.search import search_coupled

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.coupling import Direction, Mirror, Rail, SameHeight
-from models.pose import rotation_z, transform
+from models.base.pose import rotation_z, transform
+from models.cell.coupling import Direction, Mirror, Rail, SameHeight
 from optimizer.coupled.candidates.unknowns import TiedUnknowns
 from optimizer.coupled.combinations.place_tied import tie_lacks
 from tests.support.cells import beam_pair

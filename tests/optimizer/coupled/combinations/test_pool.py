@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.coupling import Distance
-from models.shapes import Body, Capsule
+from models.cell.coupling import Distance
+from models.geometry.shapes import Body, Capsule
 from optimizer.coupled.scene import Scene
 from optimizer.optimize import optimize
 from optimizer.program import ArmPoint

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.branches import signs_of
-from models.closed_form import closed_form
-from models.coupling import Distance, Mirror
-from models.floor import Floor
-from models.surroundings import Clearances
+from models.cell.coupling import Distance, Mirror
+from models.cell.floor import Floor
+from models.cell.surroundings import Clearances
+from models.kinematics.branches import signs_of
+from models.kinematics.closed_form import closed_form
 from optimizer.coupled.scene import Scene
 from optimizer.coupled.sqp.look import look
 from optimizer.coupled.sqp.manifold import Unknowns, move

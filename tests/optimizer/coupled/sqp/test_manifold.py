@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.cell import Cell
-from models.kinematics import flange_poses
-from models.task import Task
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.kinematics.kinematics import flange_poses
 from optimizer.coupled.sqp.manifold import Unknowns, directions, move
 from optimizer.coupled.sqp.quadratic import quadratic
 from optimizer.measure import objective_of

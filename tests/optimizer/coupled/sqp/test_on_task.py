@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from models.kinematics import flange_poses
-from models.posture import ALL_SIGNS
+from models.kinematics.kinematics import flange_poses
+from models.robot.posture import ALL_SIGNS
 from optimizer.coupled.sqp.on_task import REACHED, brought_onto
 from tests.support.arms import make_arm
 

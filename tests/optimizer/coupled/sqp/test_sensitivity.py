@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.kinematics import flange_poses
-from models.pose import rotation_x, rotation_z, transform
+from models.base.pose import rotation_x, rotation_z, transform
+from models.kinematics.kinematics import flange_poses
 from optimizer.coupled.sqp.sensitivity import joints_by_base
 from optimizer.path_samples import follow
 from tests.support.arms import make_arm, random_joints

@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bench.cells import real_cell
-from models.cell import Cell
-from models.floor import Floor
-from models.pose import transform
-from models.shapes import Body, Sphere
-from models.surroundings import Clearances, Part, Surroundings
+from models.base.pose import transform
+from models.cell.cell import Cell
+from models.cell.floor import Floor
+from models.cell.surroundings import Clearances, Part, Surroundings
+from models.geometry.shapes import Body, Sphere
 from optimizer.infeasibility.searched.conflict import ConflictSearch, Known
 from optimizer.infeasibility.searched.violations import Violation, part_violations
 from tests.support.arms import region

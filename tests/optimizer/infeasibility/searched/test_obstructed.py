@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.floor import Floor, Footprint
-from models.pose import transform
-from models.shapes import Body, Box, Sphere
-from models.surroundings import Clearances, Equipment, Part, Pedestal, Surroundings
-from models.task import line
+from models.base.pose import transform
+from models.cell.floor import Floor, Footprint
+from models.cell.surroundings import Clearances, Equipment, Part, Pedestal, Surroundings
+from models.cell.task import line
+from models.geometry.shapes import Body, Box, Sphere
 from optimizer.infeasibility.searched.obstructed import obstruction
 from tests.support.arms import region
 from tests.support.tasks import possible

@@ -9,8 +9,8 @@ import pytest
 
 from bench.cells import real_cell
 from bench.dense_check import dense_check
-from models.cell import Cell
-from models.surroundings import Surroundings
+from models.cell.cell import Cell
+from models.cell.surroundings import Surroundings
 from optimizer.infeasibility.requirements import Kind
 from optimizer.infeasibility.searched.partial_path import PartialPath, extended
 from optimizer.infeasibility.searched.violations import violations

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.pose import rotation_about
+from models.base.pose import rotation_about
 from optimizer.box import search_box
 from optimizer.local import solve_locally
 from optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton

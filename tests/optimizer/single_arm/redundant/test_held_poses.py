@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.cell import Cell
-from models.task import Task
+from models.cell.cell import Cell
+from models.cell.task import Task
 from optimizer.program import ArmPoint
 from optimizer.single_arm.redundant.held_poses import with_held_poses
 from tests.support.tasks import possible

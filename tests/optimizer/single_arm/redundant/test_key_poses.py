@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.family import Job, family
-from models.pose import rotation_z, transform
-from models.task import Task, line
+from models.base.pose import rotation_z, transform
+from models.cell.family import Job, family
+from models.cell.task import Task, line
 from optimizer.box import search_box
 from optimizer.single_arm.redundant.key_poses import key_poses, on_the_way, reduced_to, shares
 from optimizer.single_arm.redundant.unreduced_problem import unreduced_problem

@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from models.arm import TURN
+from models.robot.arm import TURN
 from optimizer.box import search_box
 from optimizer.single_arm.redundant.parameters import PARAMETERS
 from optimizer.single_arm.redundant.ranking import figures

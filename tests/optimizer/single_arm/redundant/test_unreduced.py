@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.arm import Arm, BaseRegion, Interval
-from models.cell import Cell
-from models.chain import chain_of
-from models.pose import rotation_about, rotation_z, transform
-from models.task import Task
+from models.base.pose import rotation_about, rotation_z, transform
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.kinematics.chain import chain_of
+from models.robot.arm import Arm, BaseRegion, Interval
 from optimizer.box import search_box
 from optimizer.continuation import continue_paths
 from optimizer.layers import LayeredPath

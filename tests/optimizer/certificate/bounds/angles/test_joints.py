@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.branches import solve_signed
+from models.kinematics.branches import solve_signed
 from optimizer.certificate.bounds.angles.expansion import enclose, expand
 from optimizer.certificate.bounds.angles.joints import Kinematics
 from optimizer.certificate.bounds.angles.targets import Targets

@@ -1,0 +1,128 @@
+"""Robots from tables of standard Denavit-Hartenberg parameters.
+
+``A_i = Rot(z, θ_i + offset_i) Trans(z, d_i) Trans(x, a_i) Rot(x, α_i)``, section 1 of the source. The base frame is the
+table's frame 0 (its z axis is joint axis 1), the flange frame its last one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from math import isfinite, pi
+
+import numpy as np
+
+from models.base.arrays import Floats
+from models.base.errors import InvalidRobot
+from models.base.pose import rotation_x, rotation_z, transform
+from models.kinematics.kinematics import characteristic_length, conditioning
+from models.robot.arm import NARROWEST
+from models.robot.robot import Robot
+
+JOINT_COUNTS = (6, 7)
+"""Inverse kinematics exists for six and seven joints; fewer cannot take a free pose, more have no finite branches."""
+
+MAX_LENGTH = 100.0
+"""m; a longer link is taken for a length sent in millimetres."""
+
+MAX_ANGLE = 20.0 * pi
+"""rad; limits of ten turns either way are more than any arm has, beyond it the angle was probably sent in degrees."""
+
+
+@dataclass(frozen=True, slots=True)
+class DhRow:
+    """One joint of a table: α [rad], a [m], d [m], limits [rad] of θ, and what is added to θ [rad]."""
+
+    alpha: float
+    a: float
+    d: float
+    lower: float
+    upper: float
+    theta_offset: float = 0.0
+
+
+def robot_from_dh(name: str, rows: Sequence[DhRow]) -> Robot:
+    """A robot from a table.
+
+    Args:
+        name: label of the robot.
+        rows: six or seven, from the base to the flange.
+
+    Raises:
+        InvalidRobot: with a pointer such as ``/dh/2/lower``: number of joints, numbers that are not finite or absurdly
+            large, limits in the wrong order, or a geometry that cannot move its flange in all six directions.
+    """
+    if len(rows) not in JOINT_COUNTS:
+        raise InvalidRobot(
+            f"the D-H table has {len(rows)} rows; arms of 6 or 7 revolute joints are supported. "
+            "A fixed transform after the last joint belongs into the tool.",
+            "/dh",
+        )
+    for index, row in enumerate(rows):
+        _check_row(index, row)
+    lower = np.array([row.lower for row in rows])
+    upper = np.array([row.upper for row in rows])
+    links = [_link(row) for row in rows]
+    placements = [_offset(rows[0])] + [link @ _offset(row) for link, row in zip(links[:-1], rows[1:], strict=True)]
+    robot = Robot(
+        name=name,
+        joint_names=tuple(f"joint_{i + 1}" for i in range(len(rows))),
+        joint_placements=np.array(placements),
+        joint_axes=np.tile([0.0, 0.0, 1.0], (len(rows), 1)),
+        flange_placement=links[-1],
+        lower=lower,
+        upper=upper,
+        reference=0.5 * (lower + upper),
+        source="D-H table",
+    )
+    check_full_rank(robot, "/dh")
+    return robot
+
+
+def check_full_rank(robot: Robot, pointer: str = "") -> None:
+    """Refuse geometries that are singular everywhere.
+
+    The Jacobian of a chain has its generic rank at almost every posture, so a few arbitrary ones decide.
+
+    Raises:
+        InvalidRobot: the flange cannot be moved in all six directions at any posture.
+    """
+    length = characteristic_length(robot)
+    postures = np.random.default_rng(0).uniform(-pi, pi, (8, robot.dof))
+    if robot.dof >= 6 and length > 0.0 and conditioning(robot, np.eye(4), postures, length).max() > 1e-6:
+        return
+    raise InvalidRobot(
+        "this geometry is singular in every posture: its flange cannot be moved in all six directions. "
+        "Its axes must neither all be parallel nor all meet in one point; check α, a, d.",
+        pointer,
+    )
+
+
+def _check_row(index: int, row: DhRow) -> None:
+    """Refuse numbers that are not finite or make no sense, naming the cell of the table."""
+    for field in fields(DhRow):
+        value = getattr(row, field.name)
+        most, unit = (MAX_LENGTH, "m") if field.name in ("a", "d") else (MAX_ANGLE, "rad")
+        if not isfinite(value) or abs(value) > most:
+            raise InvalidRobot(
+                f"{field.name} of joint {index + 1} is {value:g} {unit}; allowed is -{most:g} to {most:g} {unit}. "
+                "Lengths are metres and angles radians.",
+                f"/dh/{index}/{field.name}",
+            )
+    if row.upper - row.lower < NARROWEST:
+        raise InvalidRobot(
+            f"lower limit {row.lower:g} rad of joint {index + 1} is not {NARROWEST:g} rad below its upper limit "
+            f"{row.upper:g} rad; "
+            "swap them, or leave the joint some range.",
+            f"/dh/{index}/lower",
+        )
+
+
+def _link(row: DhRow) -> Floats:
+    """What follows the joint's rotation: Trans(z, d) Trans(x, a) Rot(x, α)."""
+    return transform(rotation_x(row.alpha), [row.a, 0.0, row.d])
+
+
+def _offset(row: DhRow) -> Floats:
+    """Rot(z, offset) in front of the joint's rotation."""
+    return transform(rotation_z(row.theta_offset), np.zeros(3))

@@ -1,0 +1,1 @@
+"""A cell: its task, its arms, what stands around them, and what ties their bases."""

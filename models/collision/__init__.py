@@ -1,0 +1,1 @@
+"""Distances between everything in a cell, their lower bounds and their gradients."""

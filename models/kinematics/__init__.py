@@ -1,0 +1,1 @@
+"""Forward and inverse kinematics of one arm, by Pinocchio, NumPy and CasADi."""

@@ -1,0 +1,65 @@
+"""CasADi kinematics, walked from the Pinocchio model.
+
+The wheel of Pinocchio has no ``pinocchio.casadi``; multiplying its joint placements and axes in CasADi gives the same
+numbers to the last digits (a test compares the two for every robot of the catalogue).
+"""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+
+from models.base.arrays import Floats
+from models.kinematics.kinematics import chain, flange_placement, pinocchio_model
+from models.robot.robot import Robot
+
+_functions: dict[tuple[bytes, bytes, bytes], ca.Function] = {}
+_MOST_FUNCTIONS = 256
+
+_ROUNDING = 1e-15
+"""Entries of rotations and axes below this are left over from sines of multiples of π."""
+
+
+def flange_function(robot: Robot) -> ca.Function:
+    """Pose of the flange in the base frame as a CasADi function.
+
+    One function per geometry, shared and cached; ``map`` it over the poses of a path.
+
+    Returns:
+        ``flange(q) -> (R, p)``: q (n) rad, R (3, 3), p (3) m.
+    """
+    function = _functions.get(robot.kinematic_key)
+    if function is None:
+        function = _build(robot)
+        if len(_functions) >= _MOST_FUNCTIONS:
+            _functions.clear()
+        _functions[robot.kinematic_key] = function
+    return function
+
+
+def _build(robot: Robot) -> ca.Function:
+    """Product of placements and joint rotations over the chain, expanded to scalars."""
+    model = pinocchio_model(robot)
+    placements, axes = chain(model, range(1, model.njoints))
+    flange = flange_placement(model)
+    q = ca.SX.sym("q", robot.dof)
+    rotation, position = ca.SX.eye(3), ca.SX.zeros(3)
+    for index, (placement, axis) in enumerate(zip(placements, axes, strict=True)):
+        position = position + rotation @ placement[:3, 3]
+        rotation = rotation @ _constant(placement[:3, :3]) @ _rotation(axis, q[index])
+    position = position + rotation @ flange[:3, 3]
+    rotation = rotation @ _constant(flange[:3, :3])
+    return ca.Function("flange", [q], [ca.densify(rotation), ca.densify(position)], ["q"], ["R", "p"])
+
+
+def _rotation(axis: Floats, angle: ca.SX) -> ca.SX:
+    """Rodrigues: ``cos I + sin [a]× + (1 - cos) a aᵀ``."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    cosine, sine = ca.cos(angle), ca.sin(angle)
+    return cosine * ca.SX.eye(3) + sine * _constant(cross) + (1 - cosine) * _constant(np.outer(axis, axis))
+
+
+def _constant(matrix: Floats) -> ca.SX:
+    """A numeric matrix without its zeros and rounding errors, so that products skip them (half of them for an iiwa)."""
+    return ca.SX(ca.sparsify(ca.DM(matrix), _ROUNDING))

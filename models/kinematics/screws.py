@@ -1,0 +1,80 @@
+"""Forward kinematics and Jacobians of many postures at once, from the screw axes, in NumPy."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from models.base.arrays import Floats
+from models.kinematics.chain import Chain
+
+
+def forward_and_jacobian(chain: Chain, q: Floats) -> tuple[Floats, Floats, Floats]:
+    """Flange pose and geometric Jacobian.
+
+    Args:
+        chain: screw axes.
+        q: (K, n) rad.
+
+    Returns:
+        rotations (K, 3, 3), positions (K, 3) m, Jacobians (K, 6, n) of the flange origin in base axes, linear rows
+        first.
+    """
+    count, n = q.shape
+    rotation = np.broadcast_to(np.eye(3), (count, 3, 3))
+    origin = np.zeros((count, 3))  # where the zero position's base origin has gone
+    axes, points = np.empty((n, count, 3)), np.empty((n, count, 3))
+    for i in range(n):
+        h, p = chain.axes[i], chain.points[i]
+        axes[i], points[i] = rotation @ h, origin + rotation @ p
+        turn = _rotations(h, q[:, i])
+        origin = origin + rotation @ p - (rotation @ turn) @ p
+        rotation = rotation @ turn
+    positions = origin + rotation @ chain.home[:3, 3]
+    linear = np.cross(axes, positions - points)
+    return rotation @ chain.home[:3, :3], positions, np.concatenate([linear, axes], axis=-1).transpose(1, 2, 0)
+
+
+def _rotations(axis: Floats, angles: Floats) -> Floats:
+    """(K, 3, 3) rotations about a fixed unit axis."""
+    cross = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
+    sin, cos = np.sin(angles)[:, None, None], np.cos(angles)[:, None, None]
+    rotations: Floats = np.eye(3) + sin * cross + (1.0 - cos) * (cross @ cross)
+    return rotations
+
+
+def pose_error(rotations: Floats, positions: Floats, target: Floats) -> Floats:
+    """(K, 6) what is missing to ``target`` (4, 4) or (K, 4, 4): metres, then the rotation vector [rad] in base axes."""
+    error = target[..., :3, :3] @ np.swapaxes(rotations, -1, -2)
+    skew = 0.5 * np.stack(
+        [
+            error[..., 2, 1] - error[..., 1, 2],
+            error[..., 0, 2] - error[..., 2, 0],
+            error[..., 1, 0] - error[..., 0, 1],
+        ],
+        axis=-1,
+    )
+    sine = np.linalg.norm(skew, axis=-1)
+    angle = np.arctan2(sine, 0.5 * (np.trace(error, axis1=-2, axis2=-1) - 1.0))
+    scale = np.where(sine > 1e-9, angle / np.maximum(sine, 1e-300), 1.0)
+    return np.concatenate([target[..., :3, 3] - positions, skew * scale[..., None]], axis=-1)
+
+
+def conditioning_of(chain: Chain, tool: Floats, q: Floats, length: float) -> Floats:
+    """Reciprocal condition numbers as `models.kinematics.kinematics.conditioning`, for many postures at once.
+
+    Args:
+        chain: screw axes.
+        tool: (4, 4) TCP in the flange frame.
+        q: (K, n) rad.
+        length: m, divides the linear rows.
+
+    Returns:
+        (K,) σmin/σmax.
+    """
+    rotations, _, jacobians = forward_and_jacobian(chain, q)
+    offset = rotations @ tool[:3, 3]
+    jacobians[:, :3] += np.cross(jacobians[:, 3:], offset[:, :, None], axis=1)
+    jacobians[:, :3] /= length
+    sigma = np.linalg.svd(jacobians, compute_uv=False)
+    ratio: Floats = sigma[:, -1] / sigma[:, 0]
+    return ratio

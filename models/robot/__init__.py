@@ -1,0 +1,1 @@
+"""One arm: its chain with limits, its named frames, its postures, and what it is set up with."""

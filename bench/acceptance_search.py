@@ -21,7 +21,7 @@ from bench.dense_check import judge
 from bench.kept_requests import FOLDER, kept
 from bench.trial import WORSE, Answer, append, ask, table
 from models.cell.cell import Cell
-from optimizer.layout import Layout
+from optimizer.results.layout import Layout
 from optimizer.settings import Settings
 from service.convert import cell_of, settings_of
 from service.library import Library

@@ -28,11 +28,11 @@ from models.kinematics.numeric_inverse import brought_to
 from models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
 from models.robot.posture import Posture
 from models.robot.robot import Robot
-from optimizer.measure import objective_of
-from optimizer.program import ArmPoint
+from optimizer.nlp.measure import objective_of
+from optimizer.nlp.program import ArmPoint
 from optimizer.settings import Settings
+from optimizer.verification.verify import check
 from optimizer.verification.way import follow_way
-from optimizer.verify import check
 
 ROBOTS = ("ur10e", "puma560", "irb120", "ur3e", "kr6_r900", "nova5")
 SMALLEST, LARGEST = 1e-6, 3e-3

@@ -23,7 +23,7 @@ from models.cell.task import Task
 from models.geometry.shapes import Body, Box, Capsule, HalfSpace
 from models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
 from models.robot.robot import Robot
-from optimizer.reduced import evaluate, reduced_problem
+from optimizer.reduction.reduced import evaluate, reduced_problem
 
 REACH = {
     "puma560": 0.85,

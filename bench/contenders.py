@@ -12,10 +12,10 @@ from bench.problem import Clock, Enough, FullProblem, ReducedProblem
 from bench.record import Part, Record
 from bench.tasks import BenchTask
 from models.base.arrays import Floats
-from optimizer.layout import Layout
+from optimizer.baselines.penalty import minimise_from, run_baseline
 from optimizer.optimize import optimize
-from optimizer.penalty import minimise_from, run_baseline
-from optimizer.reduced import reduced_problem
+from optimizer.reduction.reduced import reduced_problem
+from optimizer.results.layout import Layout
 from optimizer.settings import CertificateSettings, Settings
 
 STOP = 1e-4

@@ -1,7 +1,7 @@
 """A slow judge of layouts: every millimetre of the path, every pair, by Pinocchio, Coal and Shapely alone.
 
-It shares no code with what duocell checks itself by (`optimizer.clearance`, `models.collision.collision`), reads the
-rules a second time, and is used to judge answers, not to find them.
+It shares no code with what duocell checks itself by (`optimizer.clearance.clearance`, `models.collision.collision`),
+reads the rules a second time, and is used to judge answers, not to find them.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from models.base.arrays import Floats
 from models.cell.cell import Cell
 from models.kinematics.kinematics import FLANGE, characteristic_length, pinocchio_model
 from models.robot.arm import Arm
-from optimizer.layout import Layout
+from optimizer.results.layout import Layout
 
 LENGTH, ANGLE = 1e-3, radians(0.5)
 """m and rad; steps of the object."""

@@ -1,6 +1,7 @@
 """The way between the poses in even steps, followed by Pinocchio and Newton's method: plain, slow, on its own.
 
-Nothing here comes from `optimizer.path_samples` or `optimizer.motion`: it is what their answers are held against.
+Nothing here comes from `optimizer.clearance.path_samples` or `optimizer.clearance.motion`: it is what their answers
+are held against.
 """
 
 from __future__ import annotations

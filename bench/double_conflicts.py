@@ -19,13 +19,13 @@ from bench.planted_conflicts import KINDS, plant
 from bench.trial import Record, options_of, run, table
 from models.cell.cell import Cell
 from models.geometry.shapes import Body
-from optimizer.findings import Explanation
 from optimizer.infeasibility.changes.candidates import candidates
 from optimizer.infeasibility.changes.remedy import Remedy
 from optimizer.infeasibility.explain import explain
 from optimizer.infeasibility.requirements import everything
+from optimizer.nlp.program import ArmPoint
 from optimizer.optimize import optimize
-from optimizer.program import ArmPoint
+from optimizer.results.findings import Explanation
 from optimizer.settings import Settings
 
 PAIRS = tuple(permutations([kind for kind in KINDS if kind != "clearance"], 2))

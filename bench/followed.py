@@ -20,7 +20,7 @@ from bench.random_arms.draw import KINDS, draw
 from bench.trial import Record, ask, options_of, run, table
 from models.cell.cell import Cell
 from models.cell.task import Task
-from optimizer.layout import Layout
+from optimizer.results.layout import Layout
 from optimizer.settings import Settings
 
 PATIENT = 600.0

@@ -19,7 +19,7 @@ from models.collision.grasp_zone import outside_zones
 from models.geometry.shapes import Body
 from models.kinematics.link_frames import link_frames
 from models.robot.arm import TURN, Arm
-from optimizer.reduced import evaluate, reduced_problem
+from optimizer.reduction.reduced import evaluate, reduced_problem
 
 AT_ONCE = 512
 """Base positions evaluated in one go."""

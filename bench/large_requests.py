@@ -28,7 +28,7 @@ from typing import Any
 
 from bench.large_draw import large_request, meshes
 from bench.trial import Options, Record, add_options, options_from, run, table
-from optimizer.watch import ending
+from optimizer.monitoring.watch import ending
 from service.issues import InvalidRequest
 from service.library import Library
 from service.requests.accept import Accepted, accept

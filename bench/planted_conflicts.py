@@ -24,16 +24,16 @@ from models.kinematics.chain import chain_of
 from models.kinematics.kinematics import characteristic_length
 from models.kinematics.screws import conditioning_of
 from models.robot.arm import Arm, Interval
-from optimizer.coupled.scene import Scene
-from optimizer.findings import Explanation
 from optimizer.infeasibility.changes.candidates import candidates
 from optimizer.infeasibility.changes.remedy import Remedy
 from optimizer.infeasibility.explain import explain
 from optimizer.infeasibility.requirements import Kind, Requirement, Selection
 from optimizer.infeasibility.searched.trial import clean
+from optimizer.nlp.program import ArmPoint
 from optimizer.optimize import optimize
-from optimizer.program import ArmPoint
+from optimizer.results.findings import Explanation
 from optimizer.settings import Settings
+from optimizer.verification.scene import Scene
 
 KINDS = ("clearance", "floor", "region", "conditioning", "step", "coupling", "obstacle")
 NEAR = 1.2

@@ -18,9 +18,9 @@ import numpy as np
 from models.base.arrays import Floats
 from models.cell.cell import Cell
 from models.robot.arm import Arm
-from optimizer import reduced
-from optimizer.gradient import paths_at
-from optimizer.reduced import Paths, evaluate
+from optimizer.baselines.gradient import paths_at
+from optimizer.reduction import reduced
+from optimizer.reduction.reduced import Paths, evaluate
 
 PENALTY = 1e3
 """Objective per m or rad of violation, more than any constraint of these tasks is worth at the optimum."""

@@ -16,7 +16,7 @@ from models.cell.cell import Cell
 from models.cell.task import Task, line
 from models.kinematics.kinematics import flange_poses
 from models.robot.arm import Arm, BaseRegion, Interval, range_weights
-from optimizer.reduced import evaluate, reduced_problem
+from optimizer.reduction.reduced import evaluate, reduced_problem
 
 FLOOR = 2.4
 """m, side of the square about the path in which bases may stand."""

@@ -15,8 +15,8 @@ from bench.dense_check import dense_check, judge
 from bench.exhaustive import exhaustive
 from models.cell.cell import Cell
 from models.cell.surroundings import Clearances, Surroundings
-from optimizer.layout import Layout
 from optimizer.optimize import optimize
+from optimizer.results.layout import Layout
 from optimizer.settings import Settings
 
 COARSE = 0.02, radians(5.0)

@@ -24,15 +24,15 @@ from models.cell.cell import Cell
 from models.cell.task import Task
 from models.kinematics.kinematics import flange_poses
 from models.robot.arm import Arm
-from optimizer.box import search_box
-from optimizer.continuation import continue_paths
-from optimizer.local import solve_locally
-from optimizer.program import ArmPoint
-from optimizer.search import search_arm
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.box import search_box
 from optimizer.settings import Settings
+from optimizer.single_arm.continuation import continue_paths
+from optimizer.single_arm.local import solve_locally
 from optimizer.single_arm.passable import best_passable
 from optimizer.single_arm.redundant.parameters import PARAMETERS
 from optimizer.single_arm.redundant.unreduced import Optimum, search_unreduced
+from optimizer.single_arm.search import search_arm
 from optimizer.verification.way import follow_way
 
 LONG = replace(PARAMETERS, seeds=2048, spread_kept=512, middle_kept=160, polished=16, polished_endless=24, worth=1.4)

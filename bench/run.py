@@ -10,8 +10,8 @@ from bench.peers import PEERS
 from bench.record import Record
 from bench.tasks import BenchTask
 from models.robot.arm import Arm
-from optimizer.layout import Certificate, Layout
 from optimizer.optimize import optimize
+from optimizer.results.layout import Certificate, Layout
 from optimizer.settings import Settings
 
 SEED = 1991

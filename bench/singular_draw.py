@@ -20,7 +20,7 @@ from models.kinematics.kinematics import reach
 from models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval
 from models.robot.posture import ALL_SIGNS
 from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.reduced import ReducedProblem, reduced_problem
+from optimizer.reduction.reduced import ReducedProblem, reduced_problem
 
 RISES = (0.0, 0.0, 1e-6, 1e-4, 1e-3, 1e-2)
 """rad by which axis 6 may rise over the base plane."""

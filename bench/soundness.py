@@ -32,9 +32,9 @@ from optimizer.certificate.nodes import Nodes
 from optimizer.certificate.pairs.contact import Contact
 from optimizer.certificate.pairs.store import PairStore
 from optimizer.coupled.combinations.pool import own_lacks
-from optimizer.coupled.scene import Scene
-from optimizer.program import ArmPoint
-from optimizer.reduced import ReducedProblem, evaluate, evaluate_signed, reduced_problem
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.reduced import ReducedProblem, evaluate, evaluate_signed, reduced_problem
+from optimizer.verification.scene import Scene
 
 BOXES, SAMPLES = 200, 16
 """Boxes per arm, and members sampled of each."""

@@ -17,7 +17,7 @@ from bench.station_draw import NAME, StationTask, bodies_at, is_clean, own_stati
 from bench.trial import Record, ask, draw_of, options_of, run, table
 from models.base.arrays import Floats
 from models.cell.cell import Cell
-from optimizer.layout import Layout
+from optimizer.results.layout import Layout
 from optimizer.settings import Settings
 
 RANDOM_SECONDS = 10.0

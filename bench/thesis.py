@@ -7,11 +7,11 @@ from math import degrees
 from bench.run import PROOF_GAP
 from bench.tasks import thesis_arc, thesis_line
 from models.base.arrays import Floats
+from optimizer.baselines.penalty import METHODS, minimise_from
+from optimizer.baselines.starts import LEFT, RIGHT, source_start
 from optimizer.optimize import optimize
-from optimizer.penalty import METHODS, minimise_from
-from optimizer.reduced import reduced_problem
+from optimizer.reduction.reduced import reduced_problem
 from optimizer.settings import CertificateSettings, Settings
-from optimizer.starts import LEFT, RIGHT, source_start
 
 
 def thesis_table(proof_limit: float) -> str:

@@ -25,9 +25,9 @@ from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.nodes import Nodes
 from optimizer.certificate.pairs.pair_tree import PairTree
 from optimizer.certificate.proposals import moved_yaw
-from optimizer.coupled.scene import Scene
-from optimizer.program import ArmPoint
-from optimizer.reduced import evaluate, reduced_problem
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.reduced import evaluate, reduced_problem
+from optimizer.verification.scene import Scene
 
 PAIRS, PLACES = 60, 4000
 """Pairs of boxes of a cell, and places among which usable ones are looked for."""

@@ -19,8 +19,8 @@ from zlib import crc32
 import numpy as np
 
 from models.cell.cell import Cell
-from optimizer.layout import Layout
 from optimizer.optimize import optimize
+from optimizer.results.layout import Layout
 from optimizer.settings import Settings
 
 Record = dict[str, Any]

@@ -10,21 +10,21 @@ from math import inf
 
 from models.cell.cell import Cell
 from models.cell.one_place import in_one_place
-from optimizer.clearance import found_clearances
-from optimizer.coupled.scene import Scene
-from optimizer.findings import Explanation
+from optimizer.clearance.clearance import found_clearances
+from optimizer.coupled.prove import against
 from optimizer.infeasibility.explain import explain
-from optimizer.layout import Layout, Outcome
-from optimizer.measure import jobs_of, placed
-from optimizer.program import ArmPoint
+from optimizer.monitoring.watch import OutOfTime, ending, tell, unheard
+from optimizer.nlp.measure import jobs_of, placed
+from optimizer.nlp.program import ArmPoint
 from optimizer.progress.interim import with_what_is_missing
 from optimizer.progress.known import Solved
 from optimizer.progress.timetable import Timetable
-from optimizer.prove import against
+from optimizer.results.findings import Explanation
+from optimizer.results.layout import Layout, Outcome
 from optimizer.settings import Settings
 from optimizer.tolerance.tolerance import tolerance_of
-from optimizer.verify import check, summarise
-from optimizer.watch import OutOfTime, ending, tell, unheard
+from optimizer.verification.scene import Scene
+from optimizer.verification.verify import check, summarise
 
 LATE = 0.5
 """s beyond its limit after which an explanation that does not look at it is ended."""

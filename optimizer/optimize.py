@@ -7,28 +7,28 @@ from dataclasses import dataclass, replace
 
 from models.cell.cell import Cell
 from optimizer.advice import with_advice
-from optimizer.certificate.budget import automatic
+from optimizer.baselines.penalty import run_baseline
+from optimizer.budget import automatic
 from optimizer.coupled.found import CoupledSearch
 from optimizer.coupled.layout import coupled_layout
 from optimizer.coupled.one_place import all_kept_apart, kept_apart
+from optimizer.coupled.prove import against, prove
 from optimizer.coupled.search import search_coupled
-from optimizer.events import Verified
 from optimizer.infeasibility.immediate.cause import Infeasibility
 from optimizer.infeasibility.immediate.immediate import immediate_infeasibility, refused
-from optimizer.layout import Certificate, Layout, Outcome, Placement, Reason, Search
-from optimizer.measure import jobs_of, placed
-from optimizer.penalty import run_baseline
+from optimizer.monitoring.events import Verified
+from optimizer.monitoring.watch import OutOfTime, ending, tell
+from optimizer.nlp.measure import jobs_of, placed
 from optimizer.progress.incumbents import arm_found, best_found, recording
 from optimizer.progress.interim import interim_layout, unknown_layout, why_ended, with_what_is_missing
 from optimizer.progress.known import Solved
 from optimizer.progress.timetable import Progress, Timetable, timetable
-from optimizer.prove import against, prove
-from optimizer.reasons import name_jobs
-from optimizer.search import search_arm
+from optimizer.reasons.reasons import name_jobs
+from optimizer.results.layout import Certificate, Layout, Outcome, Placement, Reason, Search
 from optimizer.settings import CertificateSettings, Settings
 from optimizer.single_arm.arm_search import ArmSearch
-from optimizer.verify import check, summarise
-from optimizer.watch import OutOfTime, ending, tell
+from optimizer.single_arm.search import search_arm
+from optimizer.verification.verify import check, summarise
 
 IMMEDIATE = 0.4
 """Share of the time limit after which nothing more is proved before the search."""
@@ -54,7 +54,7 @@ def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | 
         The layout, verified. An impossible task is a layout with outcome ``infeasible`` and reasons, not an error.
 
     Raises:
-        Cancelled: whoever watches (`optimizer.watch`) wants an end.
+        Cancelled: whoever watches (`optimizer.monitoring.watch`) wants an end.
     """
     settings = settings or Settings()
     started = time.perf_counter()

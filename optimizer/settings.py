@@ -38,7 +38,7 @@ class Settings:
         seed: seed of every sampler; the answer is a function of cell and settings.
         time_limit: s, soft limit of search, automatic proof and checks; the best that is known then is the answer.
         certificate: how hard to prove, within a time limit of its own that comes on top; "auto": as hard as is
-            proportionate to the search (`optimizer.certificate.budget`); None: not at all.
+            proportionate to the search (`optimizer.budget`); None: not at all.
         baselines: names of methods of the literature to run beside ("interior-penalty", ...).
         alternatives: how many other layouts to report at most.
         tolerance: installation errors to look at; None for none.

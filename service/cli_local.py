@@ -15,7 +15,7 @@ from contextlib import suppress
 from datetime import UTC, datetime
 from typing import Any
 
-from optimizer.watch import Cancelled, watching
+from optimizer.monitoring.watch import Cancelled, watching
 from service.cli import Exit
 from service.cli_progress import display
 from service.library import Library

@@ -8,9 +8,9 @@ from typing import Any
 
 from models.base.arrays import Floats
 from models.base.pose import quaternion_from_rotation, rotation_z, transform
-from optimizer.events import Incumbent
-from optimizer.findings import Alternative
-from optimizer.layout import (
+from optimizer.monitoring.events import Incumbent
+from optimizer.results.findings import Alternative
+from optimizer.results.layout import (
     ArmCertificate,
     Baseline,
     BaselineArm,

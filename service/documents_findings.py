@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from models.cell.surroundings import PairClass
-from optimizer.findings import Clearance, Explanation, Tolerance
+from optimizer.results.findings import Clearance, Explanation, Tolerance
 from service.numbers import finite
 
 

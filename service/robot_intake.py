@@ -17,8 +17,8 @@ from models.description.urdf import robot_of_chain
 from models.description.urdf_bodies import IN_MEMORY, MeshWork, MissingMeshes, mesh_names, urdf_link_bodies
 from models.description.urdf_file import build_model, parse_document
 from models.robot.robot import Robot
-from optimizer.events import Event
-from optimizer.watch import tell
+from optimizer.monitoring.events import Event
+from optimizer.monitoring.watch import tell
 from service.convert_linear_limits import linear_limits_of
 from service.issues import InvalidRequest, Issues, shortened
 from service.mesh_archive import MeshArchive

@@ -23,7 +23,7 @@ from models.kinematics.closed_form import closed_form
 from models.kinematics.kinematics import characteristic_length, flange_poses
 from models.kinematics.screws import conditioning_of
 from models.robot.arm import FREE_YAW, TURN, Arm, BaseRegion, Interval, equal_weights, range_weights
-from optimizer.reduced import evaluate, reduced_problem
+from optimizer.reduction.reduced import evaluate, reduced_problem
 
 STREAM = 61209
 """First number of every seed."""

@@ -18,8 +18,8 @@ from models.base.pose import rotation_z, transform
 from models.cell.cell import Cell
 from models.cell.task import Task
 from models.robot.arm import BaseRegion, Interval
-from optimizer.search import search_arm
 from optimizer.settings import Settings
+from optimizer.single_arm.search import search_arm
 
 FARTHEST = 10.0
 """m"""

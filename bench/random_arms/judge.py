@@ -12,14 +12,14 @@ from bench.random_arms.draw import draw
 from bench.random_arms.long_search import long_search
 from models.base.arrays import Floats, Ints
 from models.cell.cell import Cell
-from optimizer.box import search_box
 from optimizer.certificate.certify import certify
-from optimizer.proof import Incumbent
-from optimizer.reduced import ReducedProblem, reduced_problem
-from optimizer.search import search_arm
+from optimizer.reduction.box import search_box
+from optimizer.reduction.reduced import ReducedProblem, reduced_problem
+from optimizer.results.proof import Incumbent
 from optimizer.settings import CertificateSettings, Settings
 from optimizer.single_arm.passable import best_passable
 from optimizer.single_arm.refinement import path_from
+from optimizer.single_arm.search import search_arm
 from optimizer.verification.way import follow_way
 
 TOLERANCE = 1e-3

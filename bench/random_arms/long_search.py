@@ -20,7 +20,7 @@ from models.kinematics.kinematics import characteristic_length
 from models.kinematics.screws import conditioning_of
 from models.robot.arm import SINGULAR_WRIST
 from models.robot.posture import ALL_SIGNS
-from optimizer.reduced import ReducedProblem, evaluate_signed
+from optimizer.reduction.reduced import ReducedProblem, evaluate_signed
 
 MEMBERS, GENERATIONS = 32, 150
 """Of a posture."""

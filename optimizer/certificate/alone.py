@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from models.cell.cell import Cell
 from models.robot.arm import Arm
 from optimizer.coupled.combinations.pool import alone_scene, own_lacks
-from optimizer.coupled.scene import Scene
-from optimizer.program import ArmPoint
-from optimizer.verify import check
+from optimizer.nlp.program import ArmPoint
+from optimizer.verification.scene import Scene
+from optimizer.verification.verify import check
 
 
 @dataclass(frozen=True, eq=False, slots=True)

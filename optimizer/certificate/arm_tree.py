@@ -23,9 +23,9 @@ from optimizer.certificate.exclusion.causes import LIMITS, REACH, SINGULARITY
 from optimizer.certificate.exclusion.causes import LINEAR as OF_SUMS
 from optimizer.certificate.exclusion.exclude import NO_LEVELS, Excluder
 from optimizer.certificate.nodes import Nodes
-from optimizer.coupled.scene import Scene
-from optimizer.program import ArmPoint
-from optimizer.reduced import ReducedProblem, evaluate_signed
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.reduced import ReducedProblem, evaluate_signed
+from optimizer.verification.scene import Scene
 
 FIRST_BOXES = 100
 """Boxes per posture to begin with, where a good layout is known: larger ones say little."""

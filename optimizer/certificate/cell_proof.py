@@ -18,11 +18,11 @@ import numpy as np
 from optimizer.certificate.arm_tree import FINEST, SMALLEST, ArmTree
 from optimizer.certificate.pairs.pair_tree import PairTree
 from optimizer.certificate.proposals import Proposals
-from optimizer.coupled.scene import Scene
-from optimizer.coupled.sqp.refine import Refined
-from optimizer.reduced import ReducedProblem
+from optimizer.monitoring.watch import check_stop
+from optimizer.reduction.reduced import ReducedProblem
 from optimizer.settings import CertificateSettings
-from optimizer.watch import check_stop
+from optimizer.sqp.refine import Refined
+from optimizer.verification.scene import Scene
 
 ROUNDING = 1e-7
 """Relative slack of the bound that is reported: constants of catalogue robots are known to about as much."""
@@ -100,7 +100,7 @@ def prove_cell(
         report: told after every round.
 
     Raises:
-        Cancelled: whoever watches (`optimizer.watch`) wants an end.
+        Cancelled: whoever watches (`optimizer.monitoring.watch`) wants an end.
     """
     proof = _Proof(scene, problems, known, settings, report)
     proof.arms_alone()

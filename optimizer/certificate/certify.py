@@ -1,9 +1,9 @@
 """Proof of global optimality for one uncoupled arm: branch and bound over base positions and postures.
 
-The reduced problem (`optimizer.reduced`) is a search over x, y and perhaps z, once for each posture. Boxes of base
-positions are bounded from below (`optimizer.certificate.bounds`), cut in two where the bound is not good enough, and
-forgotten where it is. What remains true at any time: no path of the arm scores less than the smallest bound among the
-boxes that are open and those that were forgotten. If no box is left at all, the task is impossible.
+The reduced problem (`optimizer.reduction.reduced`) is a search over x, y and perhaps z, once for each posture. Boxes
+of base positions are bounded from below (`optimizer.certificate.bounds`), cut in two where the bound is not good
+enough, and forgotten where it is. What remains true at any time: no path of the arm scores less than the smallest
+bound among the boxes that are open and those that were forgotten. If no box is left at all, the task is impossible.
 
 Bounds close quadratically where postures are regular and with the square root of the size where the elbow is straight.
 Where the wrist is singular, joints that hang together are bounded together (`bounds.together`, `angles.twist`). They do
@@ -28,11 +28,11 @@ from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.bounds.obstacles import Tally
 from optimizer.certificate.bounds.region import MARGIN, THIN, reachable_region
 from optimizer.certificate.exclusion.conditioning import poorly_conditioned
-from optimizer.events import Bounded
-from optimizer.proof import ArmProof, Incumbent
-from optimizer.reduced import ReducedProblem, conditioning_shortfall, evaluate_signed
+from optimizer.monitoring.events import Bounded
+from optimizer.monitoring.watch import check_stop, tell
+from optimizer.reduction.reduced import ReducedProblem, conditioning_shortfall, evaluate_signed
+from optimizer.results.proof import ArmProof, Incumbent
 from optimizer.settings import CertificateSettings
-from optimizer.watch import check_stop, tell
 
 USABLE = 1e-9
 """Violation (m and rad) up to which a path counts as usable: the tolerance of limits everywhere."""
@@ -81,7 +81,7 @@ def certify(
         The proof as far as it got.
 
     Raises:
-        Cancelled: whoever watches (`optimizer.watch`) wants an end.
+        Cancelled: whoever watches (`optimizer.monitoring.watch`) wants an end.
     """
     if tree is None:
         search = BranchAndBound(problem, incumbent, settings)

@@ -13,12 +13,12 @@ from models.robot.arm import TURN
 from models.robot.posture import ALL_SIGNS
 from optimizer.certificate.arm_tree import AloneLayout, ArmTree
 from optimizer.certificate.pairs.ties import mirrored_yaws
-from optimizer.coupled.nearby import nearby
-from optimizer.coupled.scene import Scene
-from optimizer.coupled.sqp.refine import Refined, refine
-from optimizer.program import ArmPoint
+from optimizer.nlp.program import ArmPoint
 from optimizer.progress.incumbents import layout_found
-from optimizer.reduced import ReducedProblem, evaluate_signed
+from optimizer.reduction.reduced import ReducedProblem, evaluate_signed
+from optimizer.sqp.nearby import nearby
+from optimizer.sqp.refine import Refined, refine
+from optimizer.verification.scene import Scene
 
 BEST, RANDOM = 6, 6
 """Pairs of a round whose centres are tried: those with the smallest bounds, and others."""

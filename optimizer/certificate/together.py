@@ -11,14 +11,14 @@ import numpy as np
 from models.cell.cell import Cell
 from optimizer.certificate.cell_proof import ArmPart, CellProof, prove_cell
 from optimizer.certificate.words import reasons_of
-from optimizer.coupled.scene import Scene
-from optimizer.coupled.sqp.refine import Refined
-from optimizer.events import Bounded
-from optimizer.layout import ArmCertificate, Certificate
-from optimizer.proof import relative_gap
-from optimizer.reduced import ReducedProblem
+from optimizer.monitoring.events import Bounded
+from optimizer.monitoring.watch import tell
+from optimizer.reduction.reduced import ReducedProblem
+from optimizer.results.layout import ArmCertificate, Certificate
+from optimizer.results.proof import relative_gap
 from optimizer.settings import CertificateSettings
-from optimizer.watch import tell
+from optimizer.sqp.refine import Refined
+from optimizer.verification.scene import Scene
 
 log = logging.getLogger(__name__)
 

@@ -9,9 +9,9 @@ from optimizer.certificate.cell_proof import ArmPart, CellProof
 from optimizer.certificate.exclusion.causes import Cause
 from optimizer.certificate.leaves import excluded_shares
 from optimizer.certificate.pairs.pair_tree import PairTree
-from optimizer.layout import Reason
-from optimizer.meant_contact import if_meant
-from optimizer.reasons import explain_proof, linear_names
+from optimizer.reasons.meant_contact import if_meant
+from optimizer.reasons.reasons import explain_proof, linear_names
+from optimizer.results.layout import Reason
 
 MOST = 3
 """Reasons per arm."""

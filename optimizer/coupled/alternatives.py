@@ -13,12 +13,12 @@ from optimizer.coupled.candidates.followed import Followed
 from optimizer.coupled.candidates.layouts import sample_layouts
 from optimizer.coupled.candidates.starts import Start, starts_of
 from optimizer.coupled.found import CoupledSearch
-from optimizer.coupled.nearby import nearby
 from optimizer.coupled.refinements import Terms
-from optimizer.coupled.scene import Scene
-from optimizer.coupled.sqp.refine import price_of, refine
-from optimizer.program import ArmPoint
-from optimizer.reduced import ReducedProblem
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.reduced import ReducedProblem
+from optimizer.sqp.nearby import nearby
+from optimizer.sqp.refine import price_of, refine
+from optimizer.verification.scene import Scene
 
 APART, ELSEWHERE = 0.3, 6
 """m; starts this near to what is known in the same postures are no alternatives; refinements per alternative, twice."""

@@ -10,10 +10,10 @@ import numpy as np
 from optimizer.certificate.arm_tree import ArmTree
 from optimizer.certificate.cell_proof import ArmPart
 from optimizer.certificate.words import reasons_of_arm
-from optimizer.coupled.scene import Scene
-from optimizer.layout import Reason
-from optimizer.reduced import ReducedProblem
-from optimizer.watch import check_stop
+from optimizer.monitoring.watch import check_stop
+from optimizer.reduction.reduced import ReducedProblem
+from optimizer.results.layout import Reason
+from optimizer.verification.scene import Scene
 
 BOXES = 2000
 """Of one arm's tree at most: what takes more is left to the proof that follows the search."""

@@ -18,7 +18,7 @@ from models.cell.cell import Cell
 from models.cell.coupling import Coupling
 from models.cell.surroundings import Surroundings
 from models.cell.task import Task
-from optimizer.program import ArmPoint
+from optimizer.nlp.program import ArmPoint
 
 TOLD_APART = 1e-6
 """m, and of rotation matrices; motions that differ by less are the same."""

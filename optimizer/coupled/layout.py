@@ -6,13 +6,13 @@ from dataclasses import replace
 
 from models.cell.cell import Cell
 from optimizer.coupled.found import CoupledSearch
+from optimizer.coupled.prove import against
 from optimizer.coupled.report import alternatives, clearances_of, explain, placements_of
-from optimizer.coupled.scene import Scene
-from optimizer.layout import Certificate, Layout, Outcome
-from optimizer.measure import jobs_of
-from optimizer.prove import against
-from optimizer.reasons import name_jobs
-from optimizer.verify import check, summarise
+from optimizer.nlp.measure import jobs_of
+from optimizer.reasons.reasons import name_jobs
+from optimizer.results.layout import Certificate, Layout, Outcome
+from optimizer.verification.scene import Scene
+from optimizer.verification.verify import check, summarise
 
 
 def coupled_layout(cell: Cell, alone: Layout, search: CoupledSearch, most_alternatives: int) -> Layout:

@@ -9,7 +9,7 @@ from itertools import combinations
 from models.cell.cell import Cell
 from models.cell.coupling.apart import Apart
 from models.cell.one_place import NEAREST, in_one_place, one_machine
-from optimizer.program import ArmPoint
+from optimizer.nlp.program import ArmPoint
 
 
 def kept_apart(cell: Cell, points: Sequence[ArmPoint]) -> Cell:

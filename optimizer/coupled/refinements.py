@@ -10,14 +10,14 @@ import numpy as np
 
 from optimizer.coupled.candidates.starts import Start
 from optimizer.coupled.found import SAME_COST, CoupledSearch
-from optimizer.coupled.nearby import nearby
-from optimizer.coupled.scene import LIMITS, Scene
-from optimizer.coupled.sqp.refine import Refined, price_of, refine
-from optimizer.events import Started
-from optimizer.program import ArmPoint
+from optimizer.monitoring.events import Started
+from optimizer.monitoring.watch import tell
+from optimizer.nlp.program import ArmPoint
+from optimizer.nlp.solve import SolveStatus
 from optimizer.settings import Settings
-from optimizer.solve import SolveStatus
-from optimizer.watch import tell
+from optimizer.sqp.nearby import nearby
+from optimizer.sqp.refine import Refined, price_of, refine
+from optimizer.verification.scene import LIMITS, Scene
 
 TRIED = 6
 """Of the clean starts, so many are checked as they are for a first usable layout."""

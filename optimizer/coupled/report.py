@@ -9,13 +9,13 @@ import numpy as np
 
 from models.cell.cell import Cell
 from models.cell.one_place import in_one_place
-from optimizer.clearance import found_clearances
-from optimizer.coupled.scene import Scene
-from optimizer.coupled.sqp.refine import Refined
-from optimizer.faults import coupling_faults, floor_faults, path_faults
-from optimizer.findings import Alternative, Clearance
-from optimizer.layout import Placement, Reason
-from optimizer.measure import placed
+from optimizer.clearance.clearance import found_clearances
+from optimizer.nlp.measure import placed
+from optimizer.reasons.faults import coupling_faults, floor_faults, path_faults
+from optimizer.results.findings import Alternative, Clearance
+from optimizer.results.layout import Placement, Reason
+from optimizer.sqp.refine import Refined
+from optimizer.verification.scene import Scene
 
 NOTICEABLE = 0.05
 """Relative gain of a figure that is worth a word."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from optimizer.clearance import PathClearance
+from optimizer.clearance.clearance import PathClearance
 from optimizer.coupled.alternatives import look_elsewhere
 from optimizer.coupled.arms_alone import impossible_alone
 from optimizer.coupled.candidates.extender import FULL, QUICK
@@ -19,10 +19,10 @@ from optimizer.coupled.combinations.combine import combine
 from optimizer.coupled.combinations.pool import alone_scene, pool_of, with_optimum
 from optimizer.coupled.found import CoupledSearch
 from optimizer.coupled.refinements import Terms, first_usable, refine_all
-from optimizer.coupled.scene import Scene
-from optimizer.program import ArmPoint
-from optimizer.reduced import ReducedProblem
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.reduced import ReducedProblem
 from optimizer.single_arm.arm_search import ArmSearch
+from optimizer.verification.scene import Scene
 
 DENSITIES = (0.15, 1.0, 4.0)
 """Samples of each round, relative to `candidates.layouts.POSITIONS`: the first is to find a usable layout early, the

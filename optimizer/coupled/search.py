@@ -12,12 +12,12 @@ from optimizer.coupled.canonical import CanonicalForm
 from optimizer.coupled.found import CoupledSearch
 from optimizer.coupled.refinements import Terms, as_it_is
 from optimizer.coupled.rounds import search_general, search_reduced, search_short
-from optimizer.coupled.scene import Scene
-from optimizer.coupled.sqp.refine import Refined, refine
 from optimizer.progress.incumbents import layout_found
-from optimizer.reduced import reduced_problem
+from optimizer.reduction.reduced import reduced_problem
 from optimizer.settings import Settings
 from optimizer.single_arm.arm_search import ArmSearch
+from optimizer.sqp.refine import Refined, refine
+from optimizer.verification.scene import Scene
 
 PRECISE = 1e-9
 """Relative fall of the merit at which the answer's last descent ends."""

@@ -14,19 +14,19 @@ from models.kinematics.branches import path_signs, solve_signed
 from models.kinematics.closed_form import closed_form
 from models.robot.arm import Arm, Interval
 from models.robot.posture import ALL_SIGNS
-from optimizer.faults import arm_faults
-from optimizer.layers import best_path
-from optimizer.layout import Reason
-from optimizer.local import solve_locally
-from optimizer.measure import objective_of
-from optimizer.program import ArmPoint
-from optimizer.reasons import explain_general, explain_path
-from optimizer.reduced import Paths, ReducedProblem, evaluate, reduced_problem, seen_from
-from optimizer.search import search_arm
+from optimizer.nlp.measure import objective_of
+from optimizer.nlp.program import ArmPoint
+from optimizer.reasons.faults import arm_faults
+from optimizer.reasons.reasons import explain_general, explain_path
+from optimizer.reduction.layers import best_path
+from optimizer.reduction.reduced import Paths, ReducedProblem, evaluate, reduced_problem, seen_from
+from optimizer.results.layout import Reason
 from optimizer.settings import Settings
+from optimizer.single_arm.local import solve_locally
+from optimizer.single_arm.search import search_arm
+from optimizer.verification.verify import ArmCheck, check
 from optimizer.verification.way import follow_way
 from optimizer.verification.words import way_faults
-from optimizer.verify import ArmCheck, check
 
 SEARCHING = 3.0
 """s, soft limit of what is done for an arm without a reduced problem."""

@@ -11,10 +11,10 @@ import numpy as np
 from models.cell.cell import Cell
 from models.collision.collision import CollisionModel
 from models.robot.arm import Arm
-from optimizer.clearance import PathClearance, check_clearance
-from optimizer.coupled.scene import LIMITS, Scene
+from optimizer.clearance.clearance import PathClearance, check_clearance
 from optimizer.evaluation.standing import Choice, Standing
-from optimizer.program import ArmPoint
+from optimizer.nlp.program import ArmPoint
+from optimizer.verification.scene import LIMITS, Scene
 
 MOST, BATCH, WHOLE = 4096, 32, 16
 """Combinations considered; looked at together at the poses; and checked along the whole path."""

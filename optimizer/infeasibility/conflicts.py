@@ -14,8 +14,8 @@ from optimizer.infeasibility.proved_conflict import Conflict, proved_conflict
 from optimizer.infeasibility.requirements import Kind, Requirement, Selection
 from optimizer.infeasibility.searched.conflict import ConflictSearch
 from optimizer.infeasibility.searched.partial_path import PartialPath
-from optimizer.layout import Layout
-from optimizer.program import ArmPoint
+from optimizer.nlp.program import ArmPoint
+from optimizer.results.layout import Layout
 
 SEARCHED = 0.6
 """Share of what is left for a search where nothing is proved."""

@@ -21,11 +21,11 @@ from models.robot.arm import Arm
 from models.robot.posture import ALL_SIGNS
 from optimizer.certificate.arm_tree import USABLE, AloneLayout, ArmTree
 from optimizer.certificate.exclusion.causes import CONDITIONING
-from optimizer.coupled.scene import Scene
 from optimizer.infeasibility.effort import Effort
-from optimizer.program import ArmPoint
-from optimizer.reduced import ReducedProblem, evaluate_signed, reduced_problem
-from optimizer.watch import check_stop
+from optimizer.monitoring.watch import check_stop
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.reduced import ReducedProblem, evaluate_signed, reduced_problem
+from optimizer.verification.scene import Scene
 
 BOXES = 4000
 """Bounded at most."""

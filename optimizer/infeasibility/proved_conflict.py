@@ -11,13 +11,13 @@ from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 from models.cell.cell import Cell
-from optimizer.coupled.scene import Scene
 from optimizer.infeasibility.effort import Effort
 from optimizer.infeasibility.requirements import Kind, Requirement, Selection, by_interest, restricted, selection_of
 from optimizer.infeasibility.sampled import sampled_layout
 from optimizer.infeasibility.subset_proof import REBUILT, SubsetProof
-from optimizer.program import ArmPoint
-from optimizer.reduced import reduced_problem
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.reduced import reduced_problem
+from optimizer.verification.scene import Scene
 
 WHOLE = 0.8
 """Share of the effort for the proof that there is a conflict."""

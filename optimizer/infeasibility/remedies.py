@@ -9,8 +9,6 @@ import numpy as np
 
 from models.cell.cell import Cell
 from models.cell.surroundings import PairClass
-from optimizer.coupled.scene import Scene
-from optimizer.findings import Relaxation
 from optimizer.infeasibility.changes.candidates import candidates
 from optimizer.infeasibility.changes.poses import more_poses
 from optimizer.infeasibility.changes.remedy import Remedy
@@ -21,8 +19,10 @@ from optimizer.infeasibility.requirements import Kind
 from optimizer.infeasibility.resolve import resolved
 from optimizer.infeasibility.sampled import least_layouts
 from optimizer.infeasibility.searched.trial import Found, clean
-from optimizer.program import ArmPoint
-from optimizer.reduced import reduced_problem
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.reduced import reduced_problem
+from optimizer.results.findings import Relaxation
+from optimizer.verification.scene import Scene
 
 CLOSE = 0.1
 """Relative width of the interval that holds the smallest number, where the search for it ends."""

@@ -16,7 +16,7 @@ from models.cell.surroundings import Surroundings
 from models.kinematics.nominal import singular_fifth
 from models.robot.arm import FREE_YAW, Arm, Interval
 from models.robot.posture import Posture
-from optimizer.box import reach_windows
+from optimizer.reduction.box import reach_windows
 
 
 class Kind(StrEnum):

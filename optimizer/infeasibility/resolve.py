@@ -7,15 +7,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from models.cell.cell import Cell
-from optimizer.coupled.scene import Scene
 from optimizer.infeasibility.effort import Effort
 from optimizer.infeasibility.immediate.immediate import immediate_infeasibility
 from optimizer.infeasibility.requirements import selection_of
 from optimizer.infeasibility.sampled import first_layout, sampled_layout
 from optimizer.infeasibility.searched.trial import Found, clean, find
 from optimizer.infeasibility.subset_proof import SubsetProof
-from optimizer.program import ArmPoint
-from optimizer.reduced import reduced_problem
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.reduced import reduced_problem
+from optimizer.verification.scene import Scene
 
 HINTS = 3
 """Known layouts that are tried at most."""

@@ -11,12 +11,12 @@ from optimizer.coupled.candidates.extender import Effort as Pairing
 from optimizer.coupled.candidates.followed import Followed
 from optimizer.coupled.candidates.layouts import sample_layouts
 from optimizer.coupled.candidates.starts import starts_of
-from optimizer.coupled.scene import LIMITS, Scene
-from optimizer.coupled.sqp.refine import refine
 from optimizer.infeasibility.effort import Effort
 from optimizer.infeasibility.searched.trial import Found, clean
-from optimizer.program import ArmPoint
-from optimizer.reduced import ReducedProblem
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.reduced import ReducedProblem
+from optimizer.sqp.refine import refine
+from optimizer.verification.scene import LIMITS, Scene
 
 DENSITIES = (0.15, 0.6)
 """Of the samples in which a first layout is looked for, see `optimizer.coupled.search.DENSITIES`."""

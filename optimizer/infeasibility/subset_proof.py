@@ -18,14 +18,14 @@ from optimizer.certificate.arm_tree import ArmTree
 from optimizer.certificate.exclusion.causes import BELOW, CONDITIONING, FLOOR, LIMITS, LINEAR, SINGULARITY, YAW, Causes
 from optimizer.certificate.pairs.pair_tree import PairTree
 from optimizer.certificate.proposals import Proposals
-from optimizer.coupled.scene import Scene
-from optimizer.coupled.sqp.refine import Refined
 from optimizer.infeasibility.effort import Effort
 from optimizer.infeasibility.requirements import Kind, Requirement, Selection, arms_of, restricted
 from optimizer.infeasibility.searched.trial import clean
-from optimizer.program import ArmPoint
-from optimizer.reduced import reduced_problem
-from optimizer.watch import check_stop
+from optimizer.monitoring.watch import check_stop
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.reduced import reduced_problem
+from optimizer.sqp.refine import Refined
+from optimizer.verification.scene import Scene
 
 BOXES, PAIRS = 6000, 60_000
 """Of a tree, and pairs, looked at in one proof at most."""

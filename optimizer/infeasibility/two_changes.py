@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 from models.cell.cell import Cell
-from optimizer.findings import Relaxation
 from optimizer.infeasibility.changes.candidates import candidates
 from optimizer.infeasibility.changes.remedy import Remedy
 from optimizer.infeasibility.conflicts import sure_conflict
@@ -13,7 +12,8 @@ from optimizer.infeasibility.effort import Effort
 from optimizer.infeasibility.proved_conflict import Conflict
 from optimizer.infeasibility.remedies import Bracket, Helpful, smallest
 from optimizer.infeasibility.requirements import Selection
-from optimizer.program import ArmPoint
+from optimizer.nlp.program import ArmPoint
+from optimizer.results.findings import Relaxation
 
 BEHIND, BOTH = 0.3, 0.5
 """Shares of what is left for what is behind a change, and for the smallest number of each of two changes."""

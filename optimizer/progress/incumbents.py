@@ -16,12 +16,12 @@ from models.cell.cell import Cell
 from models.cell.one_place import in_one_place
 from models.robot.arm import Arm
 from models.robot.posture import name_signs
-from optimizer.clearance import PathClearance
-from optimizer.events import Incumbent, Standing
-from optimizer.measure import objective_of
-from optimizer.program import ArmPoint
+from optimizer.clearance.clearance import PathClearance
+from optimizer.monitoring.events import Incumbent, Standing
+from optimizer.monitoring.watch import tell, watched
+from optimizer.nlp.measure import objective_of
+from optimizer.nlp.program import ArmPoint
 from optimizer.progress.known import Usable
-from optimizer.watch import tell, watched
 
 BETTER = 1e-6
 """Relative gain from which on a layout is told as a better one."""

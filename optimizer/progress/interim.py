@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from models.cell.cell import Cell
-from optimizer.clearance import PathClearance, found_clearances
-from optimizer.coupled.scene import Scene
-from optimizer.layout import Layout, Outcome, Reason, Search
-from optimizer.measure import jobs_of, placed
-from optimizer.program import ArmPoint
+from optimizer.clearance.clearance import PathClearance, found_clearances
+from optimizer.nlp.measure import jobs_of, placed
+from optimizer.nlp.program import ArmPoint
+from optimizer.results.layout import Layout, Outcome, Reason, Search
 from optimizer.settings import Settings
-from optimizer.verify import check, summarise
+from optimizer.verification.scene import Scene
+from optimizer.verification.verify import check, summarise
 
 LIMIT_REACHED = "limit_reached"
 """Kind of the reason that says what the time did not suffice for."""

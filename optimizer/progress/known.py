@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from models.cell.cell import Cell
-from optimizer.events import Event
+from optimizer.monitoring.events import Event
 
 if TYPE_CHECKING:
-    from optimizer.clearance import PathClearance
-    from optimizer.layout import Layout
-    from optimizer.program import ArmPoint
+    from optimizer.clearance.clearance import PathClearance
+    from optimizer.nlp.program import ArmPoint
+    from optimizer.results.layout import Layout
 
 
 class Known(Event):

@@ -6,10 +6,10 @@ import time
 from collections.abc import Callable, Sequence
 
 from models.cell.cell import Cell
-from optimizer.certificate.budget import LEAST, MOST, search_time
-from optimizer.events import Stage
+from optimizer.budget import LEAST, MOST, search_time
+from optimizer.monitoring.events import Stage
+from optimizer.monitoring.watch import check_stop, tell
 from optimizer.settings import Settings
-from optimizer.watch import check_stop, tell
 
 Progress = Callable[[str, float], None]
 """Called with what is being done and the fraction done so far."""

@@ -9,9 +9,9 @@ import numpy as np
 from models.kinematics.nominal import Nominal
 from models.robot.arm import Arm
 from optimizer.certificate.certify import BranchAndBound
-from optimizer.layout import Reason
-from optimizer.program import ArmPoint
-from optimizer.reduced import ReducedProblem
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.reduced import ReducedProblem
+from optimizer.results.layout import Reason
 
 
 @dataclass(eq=False, slots=True)

@@ -17,13 +17,13 @@ from models.cell.cell import Cell
 from models.kinematics.nominal import Nominal
 from models.kinematics.numeric_inverse import brought_to
 from models.robot.arm import Arm
-from optimizer.certificate.budget import boxes_for
+from optimizer.budget import boxes_for
 from optimizer.certificate.certify import certify
-from optimizer.layers import best_path
-from optimizer.layout import Reason
-from optimizer.program import ArmPoint
-from optimizer.reasons import explain_proof
-from optimizer.reduced import ReducedProblem, reduced_problem
+from optimizer.nlp.program import ArmPoint
+from optimizer.reasons.reasons import explain_proof
+from optimizer.reduction.layers import best_path
+from optimizer.reduction.reduced import ReducedProblem, reduced_problem
+from optimizer.results.layout import Reason
 from optimizer.settings import CertificateSettings
 
 STARTS = 4

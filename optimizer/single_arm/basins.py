@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from optimizer.program import ArmPoint
-from optimizer.reduced import ReducedProblem, evaluate_fully
-from optimizer.screening import Candidate
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.reduced import ReducedProblem, evaluate_fully
+from optimizer.reduction.screening import Candidate
 
 LEVEL = 1e-4
 """Relative rise of the cost that counts as level."""

@@ -12,9 +12,9 @@ import numpy as np
 from models.base.arrays import Floats
 from models.cell.cell import Cell
 from models.kinematics.wrist_singularity import wrist_distance
-from optimizer.measure import largest_step, objective_of
-from optimizer.program import ArmPoint
-from optimizer.reduced import ReducedProblem
+from optimizer.nlp.measure import largest_step, objective_of
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.reduced import ReducedProblem
 
 WRIST = 0.05
 """rad between the wrist and its singularity from which on nothing is to be feared."""

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from optimizer.layers import LayeredPath
-from optimizer.program import ArmPoint
-from optimizer.reduced import ReducedProblem
-from optimizer.screening import Candidate, on_whole_task
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.layers import LayeredPath
+from optimizer.reduction.reduced import ReducedProblem
+from optimizer.reduction.screening import Candidate, on_whole_task
 from optimizer.single_arm.refinement import path_from
 
 

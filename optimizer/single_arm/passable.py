@@ -18,14 +18,14 @@ from models.base.arrays import Floats, Ints
 from models.cell.cell import Cell
 from models.cell.task import Task
 from models.robot.arm import Arm
-from optimizer.layout import Reason
-from optimizer.local import solve_locally
-from optimizer.measure import objective_of
-from optimizer.path_samples import ObjectPath
-from optimizer.program import ArmPoint
+from optimizer.clearance.path_samples import ObjectPath
+from optimizer.nlp.measure import objective_of
+from optimizer.nlp.program import ArmPoint
+from optimizer.results.layout import Reason
+from optimizer.single_arm.local import solve_locally
+from optimizer.verification.verify import check
 from optimizer.verification.way import Way, follow_way
 from optimizer.verification.words import way_faults
-from optimizer.verify import check
 
 ROUNDS, FINER = 5, 8
 """Times that places are added, and how much closer to each other each time."""

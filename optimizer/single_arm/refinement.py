@@ -9,11 +9,11 @@ import numpy as np
 
 from models.base.arrays import Floats
 from models.cell.cell import Cell
-from optimizer.program import ArmPoint
-from optimizer.reduced import ReducedProblem, evaluate_signed
-from optimizer.screening import Candidate, improve
-from optimizer.single_arm.base_sample import BoxFrame
-from optimizer.verify import check
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.base_sample import BoxFrame
+from optimizer.reduction.reduced import ReducedProblem, evaluate_signed
+from optimizer.reduction.screening import Candidate, improve
+from optimizer.verification.verify import check
 
 CAREFUL_STEPS = 10
 """Steps in which a candidate is improved where the local solver may be of no help."""

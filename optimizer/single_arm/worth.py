@@ -6,8 +6,8 @@ from itertools import zip_longest
 
 import numpy as np
 
-from optimizer.reduced import ReducedProblem
-from optimizer.screening import STRICTER, Candidate, Screen, improve, mixed, on_whole_task, scored
+from optimizer.reduction.reduced import ReducedProblem
+from optimizer.reduction.screening import STRICTER, Candidate, Screen, improve, mixed, on_whole_task, scored
 from optimizer.single_arm.refinement import CAREFUL_STEPS
 
 WORTH = 1.2

@@ -15,10 +15,10 @@ from models.kinematics.closed_form import closed_form
 from models.kinematics.kinematics import characteristic_length
 from models.kinematics.screws import conditioning_of
 from models.robot.arm import Arm
-from optimizer.path_samples import follow
-from optimizer.program import ArmPoint
+from optimizer.clearance.path_samples import follow
+from optimizer.nlp.program import ArmPoint
 from optimizer.tolerance.nominal import Nominal
-from optimizer.verify import LIMITS, SIDE, wrong_sides
+from optimizer.verification.verify import LIMITS, SIDE, wrong_sides
 
 FARTHEST = 0.3
 """rad that a joint is expected to move at most: near singularities the first order promises anything."""

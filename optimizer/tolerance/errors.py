@@ -8,7 +8,7 @@ import numpy as np
 
 from models.base.arrays import Floats
 from models.base.sampling import even_points
-from optimizer.pose_rows import BASE
+from optimizer.nlp.pose_rows import BASE
 from optimizer.tolerance.sensitivity import Sensitivity
 
 CORNERS: Floats = np.array(list(product((1.0, -1.0), repeat=BASE)))

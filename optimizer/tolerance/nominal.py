@@ -12,12 +12,12 @@ from models.base.pose import inverse
 from models.cell.cell import Cell
 from models.kinematics.branches import path_signs
 from models.kinematics.closed_form import closed_form
-from optimizer.coupled.scene import Scene
-from optimizer.coupled.sqp.sensitivity import joints_by_base
-from optimizer.findings import Clearance
-from optimizer.layout import Placement
-from optimizer.path_samples import follow
-from optimizer.program import ArmPoint
+from optimizer.clearance.path_samples import follow
+from optimizer.nlp.program import ArmPoint
+from optimizer.results.findings import Clearance
+from optimizer.results.layout import Placement
+from optimizer.sqp.sensitivity import joints_by_base
+from optimizer.verification.scene import Scene
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from models.base.arrays import Floats
 from models.collision.contact_gradient import contact_gradients
-from optimizer.pose_rows import BASE
+from optimizer.nlp.pose_rows import BASE
 from optimizer.tolerance.nominal import Nominal
 
 PAIRS = 24

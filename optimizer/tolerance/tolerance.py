@@ -9,8 +9,8 @@ import numpy as np
 
 from models.base.arrays import Floats
 from models.cell.cell import Cell
-from optimizer.findings import Clearance, Tolerance
-from optimizer.layout import Placement
+from optimizer.results.findings import Clearance, Tolerance
+from optimizer.results.layout import Placement
 from optimizer.settings import ToleranceSettings
 from optimizer.tolerance.displaced import Displaced
 from optimizer.tolerance.errors import error_samples

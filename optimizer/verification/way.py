@@ -4,7 +4,7 @@ The object moves straight from pose to pose and turns the short way; the arm fol
 every step is looked at, and steps are halved again where something may happen between the places known:
 
 - a joint travels far, or might leave its limits. A joint's way is bounded from its chord and from how far its middle
-  sags off it, as in `optimizer.stretches`;
+  sags off it, as in `optimizer.clearance.stretches`;
 - a singularity may be touched, the end of reach among them. Where W stands in front of axis 1 (squared) and the cosines
   of elbow and wrist are smooth functions of the place, also where the joints are not. They keep a margin
   (`models.cell.singular_margins`); where half their sag may use up what is left of it, however little, it is looked at.
@@ -33,11 +33,11 @@ from models.kinematics.closed_form import ClosedForm, closed_form
 from models.kinematics.nominal import singular_fifth
 from models.kinematics.wrist_singularity import wrist_distance
 from models.robot.arm import SINGULAR_WRIST, TURN, Arm
-from optimizer.clearance import Break, LimitExcess
-from optimizer.path_samples import STRAY, ObjectPath, follow, keep_inside
-from optimizer.program import ArmPoint
-from optimizer.stretches import LIMITS as EXACT
-from optimizer.stretches import SAFETY, Resolution
+from optimizer.clearance.clearance import Break, LimitExcess
+from optimizer.clearance.path_samples import STRAY, ObjectPath, follow, keep_inside
+from optimizer.clearance.stretches import LIMITS as EXACT
+from optimizer.clearance.stretches import SAFETY, Resolution
+from optimizer.nlp.program import ArmPoint
 
 LIMITS = 1e-6
 """rad; a smaller excess over a limit between two poses is rounding of followed paths."""
@@ -131,7 +131,7 @@ def follow_way(cell: Cell, arm: Arm, point: ArmPoint, resolution: Resolution | N
     Args:
         cell: task.
         arm: the arm.
-        point: base and joints at the poses, as accurate as `optimizer.verify` asks for.
+        point: base and joints at the poses, as accurate as `optimizer.verification.verify` asks for.
         resolution: where to stop looking for limits; default 1 mm and 0.5°.
     """
     resolution = resolution or Resolution(most_samples=MOST)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from optimizer.clearance import Break, LimitExcess
-from optimizer.layout import Reason
+from optimizer.clearance.clearance import Break, LimitExcess
+from optimizer.results.layout import Reason
 
 
 def way_faults(breaks: tuple[Break, ...], beyond: tuple[LimitExcess, ...]) -> tuple[Reason, ...]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from models.cell.cell import Cell
-from optimizer.layout import Layout, Outcome
+from optimizer.results.layout import Layout, Outcome
 from service.issues import Issue
 from service.schemas.request import LayoutRequest
 from service.schemas.shapes import Obstacle, Solid

@@ -12,8 +12,8 @@ from models.cell.cell import Cell
 from models.kinematics.branches import path_signs
 from models.kinematics.closed_form import closed_form
 from models.robot.arm import Arm as ModelArm
-from optimizer.layout import Layout
-from optimizer.program import ArmPoint
+from optimizer.nlp.program import ArmPoint
+from optimizer.results.layout import Layout
 from optimizer.verification.way import follow_way
 from optimizer.verification.words import between
 from service.issues import MOST_SHOWN, Issue

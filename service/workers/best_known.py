@@ -8,10 +8,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
-from optimizer.events import Event
-from optimizer.layout import Layout
+from optimizer.monitoring.events import Event
 from optimizer.progress.interim import interim_layout, unknown_layout, why_ended, with_what_is_missing
 from optimizer.progress.known import Solved, Usable
+from optimizer.results.layout import Layout
 from optimizer.settings import Settings
 from service.documents import result_document
 from service.issues import Issue

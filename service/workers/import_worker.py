@@ -69,7 +69,7 @@ class ImportWorker:
         Args:
             function: of a module, so that another process finds it; raises `InvalidRequest` if it is to blame.
             arguments: plain data.
-            report: told kind and JSON data of what the function tells (`optimizer.watch.tell`).
+            report: told kind and JSON data of what the function tells (`optimizer.monitoring.watch.tell`).
 
         Raises:
             InvalidRequest: the function refuses it, takes too long, or breaks down over it.

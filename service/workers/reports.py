@@ -9,7 +9,7 @@ from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
-from optimizer.events import Bounded, Event, Incumbent, Iterated
+from optimizer.monitoring.events import Bounded, Event, Incumbent, Iterated
 from optimizer.progress.known import Known
 from service.documents import incumbent_document
 from service.workers.best_known import KnownAnswer

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from optimizer.evaluate import evaluate_layout
-from optimizer.layout import Layout
+from optimizer.evaluation.evaluate import evaluate_layout
 from optimizer.optimize import optimize
+from optimizer.results.layout import Layout
 from optimizer.settings import Settings
 from service.convert import cell_of, joints_of, settings_of
 from service.documents import result_document

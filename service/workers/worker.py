@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from models.base.errors import DuocellError
-from optimizer.watch import Cancelled, watching
+from optimizer.monitoring.watch import Cancelled, watching
 from service import logs
 from service.workers.messages import receive, send
 from service.workers.self_test import SELF_TEST, check
@@ -144,7 +144,7 @@ def solve_following(text: str, request_hash: str, time_limit: float, library: Li
         DuocellError: an engine broke down.
         Cancelled: it was told to stop.
     """
-    from optimizer.watch import overhearing, tell
+    from optimizer.monitoring.watch import overhearing, tell
     from service.workers.best_known import QUICK, BestKnown
     from service.workers.solving import solve_request
 

@@ -15,7 +15,7 @@ from bench.record import Part, Record
 from bench.run import TaskResult
 from bench.server import request_of
 from bench.tasks import all_tasks, free_height, quick_tasks, thesis_line
-from optimizer.reduced import evaluate, reduced_problem
+from optimizer.reduction.reduced import evaluate, reduced_problem
 from service.convert import cell_of
 from service.schemas.request import LayoutRequest
 from service.validation import validate

@@ -7,8 +7,8 @@ import pytest
 
 from bench.calibrated_arms import attempt, fault_of, own_best, planted
 from models.kinematics.nominal import nominal
-from optimizer.measure import objective_of
-from optimizer.verify import check
+from optimizer.nlp.measure import objective_of
+from optimizer.verification.verify import check
 
 
 @pytest.mark.parametrize("seed", [1, 4, 6])

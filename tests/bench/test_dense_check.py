@@ -19,7 +19,7 @@ from models.cell.task import Task
 from models.collision.collision import CollisionModel
 from models.geometry.shapes import Body, Capsule
 from models.robot.arm import BaseRegion, Interval
-from optimizer.clearance import check_clearance
+from optimizer.clearance.clearance import check_clearance
 from tests.support.arms import make_arm
 from tests.support.cells import beam_pair, random_obstacles
 

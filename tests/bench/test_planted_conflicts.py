@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from bench.planted_conflicts import amount_of, attempt, needed, planted, remedy_of
-from optimizer.coupled.scene import Scene
 from optimizer.infeasibility.searched.trial import clean
+from optimizer.verification.scene import Scene
 
 REGION = 2
 

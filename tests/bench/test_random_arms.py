@@ -9,9 +9,9 @@ from bench.random_arms.draw import KINDS, draw
 from bench.random_arms.judge import Known, Trial
 from bench.random_arms.long_search import long_search
 from bench.random_arms.table import table
-from optimizer.box import search_box
 from optimizer.certificate.certify import certify
-from optimizer.reduced import reduced_problem
+from optimizer.reduction.box import search_box
+from optimizer.reduction.reduced import reduced_problem
 from optimizer.settings import CertificateSettings
 
 

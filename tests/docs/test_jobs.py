@@ -5,8 +5,8 @@ import shlex
 from dataclasses import fields
 from pathlib import Path
 
-from optimizer import events
-from optimizer.events import Event
+from optimizer.monitoring import events
+from optimizer.monitoring.events import Event
 from service.cli import parser
 from service.jobs.job import JobStatus
 from service.problems import KINDS

@@ -11,8 +11,8 @@ import pytest
 from bench.dense_check import judge
 from models.base.pose import rotation_angle
 from models.cell.surroundings import Clearances
-from optimizer.layout import Layout
 from optimizer.optimize import optimize
+from optimizer.results.layout import Layout
 from service.convert import cell_of, settings_of
 from service.schemas.request import LayoutRequest
 from service.validation import validate

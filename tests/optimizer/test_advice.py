@@ -7,14 +7,14 @@ import time
 from bench.cells import real_cell
 from bench.dense_check import judge
 from optimizer.advice import with_advice
-from optimizer.coupled.scene import Scene
-from optimizer.findings import Explanation
 from optimizer.infeasibility.explain import explain
 from optimizer.infeasibility.searched.trial import clean
-from optimizer.layout import Outcome
 from optimizer.optimize import optimize
 from optimizer.progress.timetable import timetable
+from optimizer.results.findings import Explanation
+from optimizer.results.layout import Outcome
 from optimizer.settings import Settings, ToleranceSettings
+from optimizer.verification.scene import Scene
 from tests.support.arms import region
 from tests.support.blocked import (
     NOTHING,

@@ -15,7 +15,7 @@ from models.catalogue.dh import robot_from_dh
 from models.cell.cell import Cell
 from models.cell.task import Task
 from models.kinematics.kinematics import flange_poses
-from optimizer.box import reach_windows, search_box, spread
+from optimizer.reduction.box import reach_windows, search_box, spread
 from tests.support.arms import make_arm, oblique_wrist, region, skew_rows
 
 TOOL = transform(rotation_from_rpy((0.5, 0.2, -0.8)), [0.1, 0.0, 0.2])

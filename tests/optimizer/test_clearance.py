@@ -15,9 +15,9 @@ from models.cell.task import Task
 from models.collision.collision import CollisionModel
 from models.geometry.shapes import Body, Box, Capsule, Sphere
 from models.kinematics.kinematics import flange_poses
-from optimizer.clearance import check_clearance
-from optimizer.path_samples import ObjectPath, follow
-from optimizer.stretches import Resolution
+from optimizer.clearance.clearance import check_clearance
+from optimizer.clearance.path_samples import ObjectPath, follow
+from optimizer.clearance.stretches import Resolution
 from tests.support.arms import make_arm
 from tests.support.cells import ALL, FLOOR, NotFollowed, Scene, beam_pair, holding, random_obstacles
 from tests.support.dense import dense_minima

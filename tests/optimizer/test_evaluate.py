@@ -22,9 +22,9 @@ from models.geometry.shapes import Body, Box
 from models.kinematics.kinematics import flange_poses
 from models.robot.arm import BaseRegion, Interval
 from models.robot.posture import Posture
-from optimizer.evaluate import evaluate_layout
-from optimizer.layout import Layout, Outcome
+from optimizer.evaluation.evaluate import evaluate_layout
 from optimizer.optimize import optimize
+from optimizer.results.layout import Layout, Outcome
 from service.convert import cell_of
 from service.schemas.request import LayoutRequest
 from service.validation import validate

@@ -13,12 +13,12 @@ from models.cell.family import Job, family
 from models.cell.task import Task, line
 from models.kinematics.kinematics import flange_poses
 from models.robot.arm import Interval
-from optimizer.gradient import PostureFunction
-from optimizer.layout import Outcome
+from optimizer.baselines.gradient import PostureFunction
+from optimizer.baselines.penalty import minimise_from, nearest_posture
+from optimizer.baselines.penalty_rows import ConstrainedPosture, exterior
 from optimizer.optimize import optimize
-from optimizer.penalty import minimise_from, nearest_posture
-from optimizer.penalty_rows import ConstrainedPosture, exterior
-from optimizer.reduced import evaluate, reduced_problem
+from optimizer.reduction.reduced import evaluate, reduced_problem
+from optimizer.results.layout import Outcome
 from optimizer.settings import CertificateSettings, Settings
 from tests.support.answers import assert_sound
 from tests.support.arms import make_arm, region

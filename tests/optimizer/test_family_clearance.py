@@ -13,13 +13,13 @@ from models.cell.family import Job, family
 from models.cell.task import Task
 from models.collision.collision import CollisionModel
 from models.geometry.shapes import Body, Sphere
-from optimizer.clearance import check_clearance
-from optimizer.coupled.scene import Scene as CoupledScene
-from optimizer.coupled.sqp.samples import sample_path
-from optimizer.evaluate import evaluate_layout
-from optimizer.layout import Outcome
+from optimizer.clearance.clearance import check_clearance
+from optimizer.evaluation.evaluate import evaluate_layout
+from optimizer.nlp.program import ArmPoint
 from optimizer.optimize import optimize
-from optimizer.program import ArmPoint
+from optimizer.results.layout import Outcome
+from optimizer.sqp.samples import sample_path
+from optimizer.verification.scene import Scene as CoupledScene
 from tests.support.answers import assert_sound
 from tests.support.arms import region
 from tests.support.cells import ALL, Scene, beam_pair

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from models.base.pose import inverse, rotation_z, transform
 from models.kinematics.kinematics import flange_poses
 from models.robot.posture import ALL_SIGNS
-from optimizer.gradient import Followed, PostureFunction, paths_at
+from optimizer.baselines.gradient import Followed, PostureFunction, paths_at
 from tests.support.problems import PROBLEMS, STEP, names, near, postures
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from models.base.pose import rotation_x
 from models.kinematics.kinematics import flange_poses
-from optimizer.layers import BEYOND, LEAP, _shortest, best_path, layers_at, node_costs
+from optimizer.reduction.layers import BEYOND, LEAP, _shortest, best_path, layers_at, node_costs
 from tests.support.angles import TURN, wrapped
 from tests.support.answers import reached, turn_between
 from tests.support.arms import make_arm

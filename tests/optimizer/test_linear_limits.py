@@ -17,11 +17,11 @@ from models.cell.task import Task
 from models.robot.arm import Arm
 from models.robot.linear_limits import LinearLimits
 from optimizer.certificate.certify import certify
-from optimizer.evaluate import evaluate_layout
-from optimizer.layout import Layout, Outcome
+from optimizer.evaluation.evaluate import evaluate_layout
+from optimizer.nlp.program import ArmPoint, build_program
 from optimizer.optimize import optimize
-from optimizer.program import ArmPoint, build_program
-from optimizer.reduced import evaluate, reduced_problem
+from optimizer.reduction.reduced import evaluate, reduced_problem
+from optimizer.results.layout import Layout, Outcome
 from optimizer.settings import CertificateSettings, Settings, ToleranceSettings
 from tests.support.arms import make_arm, region
 from tests.support.brute import USELESS, _paths, branches_of, path_cost

@@ -10,13 +10,13 @@ import pytest
 
 from models.kinematics.branches import signs_of
 from models.kinematics.closed_form import closed_form
-from optimizer import local
-from optimizer.local import solve_locally
-from optimizer.measure import placed
+from optimizer.nlp.measure import placed
+from optimizer.nlp.program import ArmPoint
+from optimizer.nlp.solve import SolveStatus
 from optimizer.optimize import optimize
-from optimizer.program import ArmPoint
-from optimizer.solve import SolveStatus
-from optimizer.verify import check
+from optimizer.single_arm import local
+from optimizer.single_arm.local import solve_locally
+from optimizer.verification.verify import check
 from tests.support.acceptance import load
 from tests.support.tasks import Possible, possible
 

@@ -12,9 +12,9 @@ from models.cell.cell import Cell
 from models.cell.surroundings import Clearances, PairClass, Part, Surroundings
 from models.cell.task import Task
 from models.geometry.shapes import Body, Box
-from optimizer.evaluate import evaluate_layout
-from optimizer.meant_contact import if_meant
+from optimizer.evaluation.evaluate import evaluate_layout
 from optimizer.optimize import optimize
+from optimizer.reasons.meant_contact import if_meant
 from tests.support.arms import make_arm, region
 
 LIFT = Task(np.array([transform(np.diag([1.0, -1.0, -1.0]), [0.7, 0.0, z]) for z in (0.5, 0.55, 0.6)]))

@@ -13,8 +13,8 @@ from models.cell.task import Task
 from models.kinematics.branches import path_signs, signs_of
 from models.kinematics.closed_form import closed_form
 from models.robot.posture import name_signs
-from optimizer.measure import joint_margins, objective_of, placed
-from optimizer.program import ArmPoint
+from optimizer.nlp.measure import joint_margins, objective_of, placed
+from optimizer.nlp.program import ArmPoint
 from tests.support.answers import assert_placed, conditioning_by_differences
 from tests.support.arms import make_arm, region
 from tests.support.signs import joint_axes

@@ -8,7 +8,7 @@ import pytest
 from models.base.pose import rotation_vector
 from models.cell.surroundings import PairClass
 from models.collision.collision import CollisionModel
-from optimizer.motion import Motion
+from optimizer.clearance.motion import Motion
 from tests.support.cells import beam_pair, random_obstacles
 
 SCENE = beam_pair(count=6, obstacles=random_obstacles(np.random.default_rng(2), 5, [-1.5, -1.0, 0.2], [1.5, 1.5, 1.5]))

@@ -13,9 +13,9 @@ from models.kinematics.closed_form import closed_form
 from models.kinematics.kinematics import flange_poses
 from models.kinematics.straight_wrist import can_be_straight, straight_wrists
 from optimizer.certificate.certify import certify
-from optimizer.reduced import reduced_problem
-from optimizer.search import search_arm
+from optimizer.reduction.reduced import reduced_problem
 from optimizer.settings import CertificateSettings, Settings
+from optimizer.single_arm.search import search_arm
 from tests.support.arms import make_arm, random_joints
 
 

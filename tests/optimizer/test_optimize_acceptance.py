@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from models.robot.posture import ELBOW, SHOULDER, WRIST
-from optimizer.layout import Layout, Outcome
 from optimizer.optimize import optimize
+from optimizer.results.layout import Layout, Outcome
 from tests.support.acceptance import CASES, load
 from tests.support.answers import assert_sound, reached, turn_between
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from models.cell.task import Task
-from optimizer.layout import Outcome
 from optimizer.optimize import optimize
+from optimizer.results.layout import Outcome
 from optimizer.settings import Settings
 from tests.support.answers import solved
 from tests.support.tasks import possible

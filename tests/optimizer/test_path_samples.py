@@ -8,7 +8,7 @@ import pytest
 from models.base.pose import interpolate_rotations, rotation_about, rotation_angle, rotation_z, transform
 from models.catalogue import catalogue
 from models.kinematics.kinematics import flange_poses
-from optimizer.path_samples import ObjectPath, follow
+from optimizer.clearance.path_samples import ObjectPath, follow
 
 ARMS = ["puma560", "ur10e", "lrmate200id", "fanuc_crx10ia", "iiwa14", "franka_panda"]
 

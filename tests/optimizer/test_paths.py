@@ -10,7 +10,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from models.robot.arm import FREE_YAW
-from optimizer.paths import choose_yaw, lift, unwrap
+from optimizer.reduction.paths import choose_yaw, lift, unwrap
 from tests.support.angles import TURN, wrapped
 from tests.support.arms import region
 

@@ -11,12 +11,12 @@ from models.catalogue.catalogue import robot
 from models.cell.cell import Cell
 from models.robot.arm import Arm, BaseRegion, Interval, range_weights
 from models.robot.posture import ALL_SIGNS, name_signs
-from optimizer.gradient import PostureFunction, paths_at
-from optimizer.layout import Baseline
-from optimizer.penalty import METHODS, minimise_from, nearest_posture, run_baseline
-from optimizer.reduced import evaluate, reduced_problem
+from optimizer.baselines.gradient import PostureFunction, paths_at
+from optimizer.baselines.penalty import METHODS, minimise_from, nearest_posture, run_baseline
+from optimizer.baselines.starts import LEFT, RIGHT, source_start
+from optimizer.reduction.reduced import evaluate, reduced_problem
+from optimizer.results.layout import Baseline
 from optimizer.settings import Settings
-from optimizer.starts import LEFT, RIGHT, source_start
 from tests.support.thesis import BEST_KNOWN, CELLS, LOWER_BOUNDS, MAIN_GRASP
 
 

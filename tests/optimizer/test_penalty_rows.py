@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from models.robot.arm import Interval
-from optimizer.gradient import PostureFunction
-from optimizer.penalty_rows import INVERSE_BARRIER, LOG_BARRIER, ConstrainedPosture, exterior
-from optimizer.reduced import reduced_problem
+from optimizer.baselines.gradient import PostureFunction
+from optimizer.baselines.penalty_rows import INVERSE_BARRIER, LOG_BARRIER, ConstrainedPosture, exterior
+from optimizer.reduction.reduced import reduced_problem
 from tests.support.problems import STEP
 from tests.support.thesis import CELLS
 

@@ -15,7 +15,7 @@ from models.catalogue import catalogue
 from models.kinematics.branches import posture_terms
 from models.kinematics.closed_form import closed_form
 from models.kinematics.kinematics import flange_poses
-from optimizer.pose_rows import BASE, hessian_pattern, pose_rows, target_numbers
+from optimizer.nlp.pose_rows import BASE, hessian_pattern, pose_rows, target_numbers
 
 ROBOTS = ("puma560", "ur10e", "iiwa14", "yumi_left", "kr6_r900")
 IDENTITY = np.eye(3)

@@ -13,7 +13,7 @@ from models.kinematics.branches import signs_of
 from models.kinematics.closed_form import closed_form
 from models.kinematics.kinematics import flange_poses
 from models.robot.posture import ALL_SIGNS
-from optimizer.program import ArmPoint, Cuts, build_program, describe, joint_bounds
+from optimizer.nlp.program import ArmPoint, Cuts, build_program, describe, joint_bounds
 from tests.support.arms import make_arm, region
 from tests.support.tasks import possible
 

@@ -5,8 +5,8 @@ from hypothesis import given, settings
 from models.catalogue.catalogue import robot
 from models.kinematics.closed_form import closed_form
 from models.kinematics.kinematics import flange_poses
-from optimizer.gradient import PostureFunction
-from optimizer.reach import reach_range
+from optimizer.baselines.gradient import PostureFunction
+from optimizer.baselines.reach import reach_range
 from tests.support.problems import PROBLEMS, STEP, anywhere, names, postures
 
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from models.robot.arm import Interval
-from optimizer.gradient import PostureFunction
-from optimizer.reach_phase import MARGIN, approach
-from optimizer.reduced import reduced_problem
+from optimizer.baselines.gradient import PostureFunction
+from optimizer.baselines.reach_phase import MARGIN, approach
+from optimizer.reduction.reduced import reduced_problem
 from tests.support.thesis import CELLS
 
 

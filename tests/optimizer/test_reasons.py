@@ -14,8 +14,8 @@ from models.kinematics.branches import signs_of
 from models.kinematics.closed_form import closed_form
 from models.kinematics.kinematics import flange_poses, reach
 from models.robot.posture import Posture
-from optimizer.layout import Layout, Reason
 from optimizer.optimize import optimize
+from optimizer.results.layout import Layout, Reason
 from tests.support.arms import make_arm, region
 from tests.support.tasks import Possible, possible
 

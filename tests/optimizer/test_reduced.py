@@ -12,7 +12,7 @@ from models.base.pose import rotation_angle, rotation_x, rotation_z, transform
 from models.cell.task import Task
 from models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
 from models.robot.posture import ALL_SIGNS, Posture
-from optimizer.reduced import conditioning_shortfall, evaluate, evaluate_signed, reduced_problem
+from optimizer.reduction.reduced import conditioning_shortfall, evaluate, evaluate_signed, reduced_problem
 from tests.support.angles import wrapped
 from tests.support.arms import make_arm, region
 from tests.support.brute import USELESS, path_cost

@@ -9,9 +9,9 @@ import pytest
 
 from models.cell.task import Task
 from models.robot.posture import ALL_SIGNS, Posture
-from optimizer.box import search_box
-from optimizer.reduced import evaluate, evaluate_signed, reduced_problem
-from optimizer.screening import Candidate, distinct, improve, mixed, on_whole_task, scored, screen
+from optimizer.reduction.box import search_box
+from optimizer.reduction.reduced import evaluate, evaluate_signed, reduced_problem
+from optimizer.reduction.screening import Candidate, distinct, improve, mixed, on_whole_task, scored, screen
 from tests.support.arms import region
 from tests.support.tasks import possible
 

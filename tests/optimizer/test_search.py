@@ -11,12 +11,12 @@ import pytest
 from models.kinematics.branches import signs_of
 from models.kinematics.closed_form import closed_form
 from models.robot.posture import Posture
-from optimizer import search as search_module
-from optimizer.search import search_arm
+from optimizer.nlp.solve import SolveStatus
 from optimizer.settings import Settings
-from optimizer.solve import SolveStatus
+from optimizer.single_arm import search as search_module
+from optimizer.single_arm.search import search_arm
+from optimizer.verification.verify import check
 from optimizer.verification.way import OVERSHOOT, follow_way
-from optimizer.verify import check
 from tests.support.arms import region
 from tests.support.tasks import possible
 

@@ -15,9 +15,9 @@ from models.cell.task import Task
 from models.kinematics.branches import signs_of
 from models.kinematics.closed_form import closed_form
 from models.kinematics.kinematics import flange_poses
-from optimizer import solve
-from optimizer.program import ArmPoint, Cuts, build_program
-from optimizer.solve import STATUS, Solve, SolveStatus, solve_program
+from optimizer.nlp import solve
+from optimizer.nlp.program import ArmPoint, Cuts, build_program
+from optimizer.nlp.solve import STATUS, Solve, SolveStatus, solve_program
 from tests.support.tasks import Possible, possible
 
 LIBRARY = Path(ca.__file__).parent / "libcasadi_nlpsol_ipopt.so"

@@ -7,8 +7,8 @@ from models.cell.cell import Cell
 from models.cell.task import Task
 from models.kinematics.closed_form import closed_form
 from models.robot.arm import Arm, BaseRegion, Interval, equal_weights
-from optimizer.reach import reach_range
-from optimizer.starts import LEFT, RIGHT, source_start
+from optimizer.baselines.reach import reach_range
+from optimizer.baselines.starts import LEFT, RIGHT, source_start
 
 ANYWHERE = Interval(-5.0, 5.0)
 

@@ -10,8 +10,8 @@ import pytest
 
 from models.base.pose import rotation_from_rpy, rotation_x, rotation_z, transform
 from models.catalogue import catalogue
-from optimizer.pose_rows import TARGET, target_numbers
-from optimizer.structure import structure_of
+from optimizer.nlp.pose_rows import TARGET, target_numbers
+from optimizer.nlp.structure import structure_of
 
 UPRIGHT = tuple(np.eye(3).ravel())
 TILTED = tuple((rotation_x(1.0) @ rotation_z(0.2)).ravel())

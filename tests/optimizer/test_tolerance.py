@@ -19,11 +19,11 @@ from models.collision.collision import CollisionModel
 from models.geometry.shapes import Body, Capsule, Sphere
 from models.kinematics.kinematics import flange_poses
 from models.kinematics.link_frames import link_frames
-from optimizer.clearance import check_clearance, found_clearances
-from optimizer.measure import placed as place
+from optimizer.clearance.clearance import check_clearance, found_clearances
+from optimizer.clearance.path_samples import ObjectPath
+from optimizer.nlp.measure import placed as place
+from optimizer.nlp.program import ArmPoint
 from optimizer.optimize import optimize
-from optimizer.path_samples import ObjectPath
-from optimizer.program import ArmPoint
 from optimizer.settings import Settings, ToleranceSettings
 from optimizer.tolerance.tolerance import LARGEST, tolerance_of
 from tests.support.arms import make_arm, region

@@ -11,8 +11,8 @@ from models.base.pose import rotation_about, rotation_x
 from models.cell.task import Task
 from models.kinematics.branches import signs_of
 from models.kinematics.closed_form import closed_form
-from optimizer.program import ArmPoint
-from optimizer.verify import check, summarise
+from optimizer.nlp.program import ArmPoint
+from optimizer.verification.verify import check, summarise
 from tests.support.tasks import Possible, possible
 
 

@@ -9,10 +9,20 @@ import numpy as np
 import pytest
 
 from models.cell.cell import Cell
-from optimizer.events import Bounded, Event, Iterated, Screened, Stage, Started, Verified
+from optimizer.monitoring.events import Bounded, Event, Iterated, Screened, Stage, Started, Verified
+from optimizer.monitoring.watch import (
+    Cancelled,
+    OutOfTime,
+    check_stop,
+    ending,
+    stopped,
+    tell,
+    unheard,
+    watched,
+    watching,
+)
 from optimizer.optimize import optimize
 from optimizer.settings import CertificateSettings, Settings
-from optimizer.watch import Cancelled, OutOfTime, check_stop, ending, stopped, tell, unheard, watched, watching
 from tests.support.tasks import possible
 
 PROVE = Settings(certificate=CertificateSettings(gap=0.05, time_limit=5.0))

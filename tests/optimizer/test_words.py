@@ -16,9 +16,9 @@ from models.cell.surroundings import Clearances, Surroundings
 from models.geometry.shapes import Body, Box
 from optimizer.coupled.found import CoupledSearch
 from optimizer.coupled.layout import coupled_layout
-from optimizer.layout import Certificate, Layout, Outcome, Search
+from optimizer.coupled.prove import against
 from optimizer.optimize import optimize
-from optimizer.prove import against
+from optimizer.results.layout import Certificate, Layout, Outcome, Search
 from optimizer.settings import CertificateSettings, Settings
 from service.convert import cell_of
 from service.requests.accept import accept

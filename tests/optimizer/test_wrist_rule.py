@@ -18,14 +18,14 @@ from models.kinematics.wrist_singularity import wrist_distance
 from models.robot.arm import SINGULAR_WRIST, BaseRegion, Interval
 from models.robot.posture import ALL_SIGNS, Posture
 from optimizer.certificate.certify import certify
-from optimizer.evaluate import evaluate_layout
-from optimizer.layers import best_path
-from optimizer.layout import Outcome
-from optimizer.local import solve_locally
-from optimizer.program import ArmPoint
-from optimizer.reduced import evaluate, evaluate_signed, reduced_problem
+from optimizer.evaluation.evaluate import evaluate_layout
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.layers import best_path
+from optimizer.reduction.reduced import evaluate, evaluate_signed, reduced_problem
+from optimizer.results.layout import Outcome
 from optimizer.settings import CertificateSettings
-from optimizer.verify import check
+from optimizer.single_arm.local import solve_locally
+from optimizer.verification.verify import check
 from tests.support.arms import make_arm
 from tests.support.tasks import Possible, possible
 

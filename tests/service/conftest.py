@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from fastapi.testclient import TestClient
 
-from optimizer.layout import Layout, Outcome, Placement, Search, Verification
+from optimizer.results.layout import Layout, Outcome, Placement, Search, Verification
 from service.app import create_app
 from service.documents import result_document
 from service.schemas.evaluate import EvaluateRequest

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from optimizer.findings import Alternative, Clearance, Explanation, Relaxation, Tolerance
-from optimizer.layout import Layout, Outcome, Placement, Search
+from optimizer.results.findings import Alternative, Clearance, Explanation, Relaxation, Tolerance
+from optimizer.results.layout import Layout, Outcome, Placement, Search
 from service.cli_console import console_on
 from service.cli_findings import print_findings
 from service.documents import result_document

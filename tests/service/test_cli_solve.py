@@ -16,7 +16,7 @@ import httpx2
 import pytest
 import uvicorn
 
-from optimizer.watch import Cancelled
+from optimizer.monitoring.watch import Cancelled
 from service import cli_local
 from service.app import create_app
 from service.cli import main

@@ -13,7 +13,7 @@ import pytest
 from models.catalogue.catalogue import robot
 from models.robot.arm import range_weights
 from models.robot.posture import Posture
-from optimizer.penalty import METHODS
+from optimizer.baselines.penalty import METHODS
 from service.convert import cell_of, settings_of
 from service.issues import InvalidRequest
 from service.library import Library

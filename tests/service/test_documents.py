@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from models.base.pose import rotation_from_quaternion, rotation_x, rotation_z
-from optimizer.findings import Alternative, Clearance, Explanation, Relaxation, Tolerance
-from optimizer.layout import (
+from optimizer.results.findings import Alternative, Clearance, Explanation, Relaxation, Tolerance
+from optimizer.results.layout import (
     ArmCertificate,
     Baseline,
     BaselineArm,

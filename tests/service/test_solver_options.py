@@ -8,7 +8,7 @@ from typing import Any
 import casadi
 import pytest
 
-from optimizer import solve
+from optimizer.nlp import solve
 from service.issues import InvalidRequest
 from service.requests.accept import accept
 from service.schemas.request import EXAMPLE

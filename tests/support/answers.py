@@ -9,8 +9,8 @@ import pytest
 from models.cell.cell import Cell
 from models.kinematics.kinematics import FLANGE, pinocchio_model
 from models.robot.arm import Arm
-from optimizer.layout import Layout, Outcome, Placement
 from optimizer.optimize import optimize
+from optimizer.results.layout import Layout, Outcome, Placement
 from tests.support.signs import axis_signs
 
 

@@ -16,10 +16,10 @@ from models.cell.surroundings import Clearances, Surroundings
 from models.cell.task import Task
 from models.geometry.shapes import Body, Box, Sphere
 from models.robot.arm import range_weights
-from optimizer.findings import Explanation
 from optimizer.infeasibility.explain import explain
 from optimizer.infeasibility.searched.conflict import Conflict, ConflictSearch
-from optimizer.layout import Layout, Outcome, Search
+from optimizer.results.findings import Explanation
+from optimizer.results.layout import Layout, Outcome, Search
 from tests.support.arms import make_arm, region
 
 DOWN = rotation_x(np.pi)

@@ -16,7 +16,7 @@ from models.kinematics.kinematics import reach
 from models.robot.arm import Arm, BaseRegion, Interval, range_weights
 from models.robot.robot import Robot
 from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.reduced import ReducedProblem, evaluate, reduced_problem
+from optimizer.reduction.reduced import ReducedProblem, evaluate, reduced_problem
 from tests.support.arms import oblique_wrist, skew_rows
 
 SPHERICAL = ("puma560", "irb6700", "kr210_r2700", "j2s6s300")

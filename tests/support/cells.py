@@ -21,7 +21,7 @@ from models.geometry.shapes import Body, Box, Capsule, HalfSpace
 from models.kinematics.kinematics import flange_poses
 from models.robot.arm import Arm
 from models.robot.robot import Robot
-from optimizer.path_samples import follow
+from optimizer.clearance.path_samples import follow
 from tests.support.arms import make_arm
 from tests.support.solids import KINDS, random_shape
 

@@ -11,7 +11,7 @@ from models.cell.cell import Cell
 from models.cell.task import line
 from models.robot.arm import Arm, BaseRegion, Interval, range_weights
 from models.robot.posture import ALL_SIGNS
-from optimizer.reduced import ReducedProblem, reduced_problem
+from optimizer.reduction.reduced import ReducedProblem, reduced_problem
 
 STEP = 1e-6
 """Of finite differences."""

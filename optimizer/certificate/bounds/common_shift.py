@@ -5,9 +5,9 @@ same y for all. By the triangle inequality over all poses together (as in `optim
 
     Σ_bj (c_bj + t_bj + s_b - q*)² >= (max(0, √(V + Q(y, k)) - ‖r‖))²,     Q = Σ_b W_b (s_b - s*_b)²,
 
-V being the spread of each job about its own mean and s*_b = q* less that mean. `optimizer.common_yaw` gives the least Q
-over all y and k, and over all those with other turns than given ones: a bound that linearises joint 1 on the best
-turns holds for these alone and has to be compared with what the others cost at least.
+V being the spread of each job about its own mean and s*_b = q* less that mean. `optimizer.reduction.common_yaw` gives
+the least Q over all y and k, and over all those with other turns than given ones: a bound that linearises joint 1 on
+the best turns holds for these alone and has to be compared with what the others cost at least.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from models.base.arrays import Floats
 from models.robot.arm import TURN
 from optimizer.certificate.bounds.ball import Ball
 from optimizer.certificate.bounds.rules import Rules
-from optimizer.common_yaw import JobShifts
-from optimizer.paths import mean
+from optimizer.reduction.common_yaw import JobShifts
+from optimizer.reduction.paths import mean
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -8,8 +8,8 @@ from models.base.arrays import Bools, Floats
 from optimizer.certificate.bounds.box_bounds import LIMIT, LINEAR, PATH, REACH, SINGULAR, SUMS, BoxBounds
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.bounds.region import Region
-from optimizer.proof import Obstacle
-from optimizer.reduced import ReducedProblem
+from optimizer.reduction.reduced import ReducedProblem
+from optimizer.results.proof import Obstacle
 
 CONDITIONING = LINEAR + 1
 _KINDS = {

@@ -12,7 +12,7 @@ from models.cell.jobs import joined
 from models.robot.arm import SINGULAR_WRIST, TURN
 from optimizer.certificate.bounds.angles.joints import SLACK
 from optimizer.certificate.bounds.yaw import Shifts
-from optimizer.reduced import ReducedProblem
+from optimizer.reduction.reduced import ReducedProblem
 
 MISSED = KEPT + SLACK
 """rad by which limits and steps may be missed: what counts as kept must not be excluded, or a layout that passes every

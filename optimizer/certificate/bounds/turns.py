@@ -14,7 +14,7 @@ from optimizer.certificate.bounds.common_shift import common_shift
 from optimizer.certificate.bounds.rules import Rules
 from optimizer.certificate.bounds.together import Together
 from optimizer.certificate.bounds.yaw import Shifts
-from optimizer.paths import mean
+from optimizer.reduction.paths import mean
 
 _TURNS = Shifts(start=0.0, width=0.0, free=False)
 """All that can shift joints 2 to 6: multiples of 2π."""

@@ -23,7 +23,7 @@ from optimizer.certificate.exclusion.inscribed import axis_distance, radius_of
 from optimizer.certificate.exclusion.motion import Motion
 from optimizer.certificate.exclusion.points import Held
 from optimizer.certificate.exclusion.yaw_cells import YawCells
-from optimizer.coupled.scene import world_yaw
+from optimizer.verification.scene import world_yaw
 
 SMALL = 0.012
 """m; in boxes whose half sides are no longer, whole bodies are asked for by Coal: that takes 20 to 50 µs a pair."""

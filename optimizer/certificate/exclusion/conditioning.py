@@ -34,7 +34,7 @@ from optimizer.certificate.bounds.angles.joints import Kinematics
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.exclusion.causes import TOLERANCE
 from optimizer.certificate.exclusion.motion import ON_TARGET, Motion, motion
-from optimizer.reduced import ReducedProblem
+from optimizer.reduction.reduced import ReducedProblem
 
 AT_ONCE = 4000
 """Poses times boxes looked at together."""

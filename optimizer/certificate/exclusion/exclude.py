@@ -22,9 +22,9 @@ from optimizer.certificate.exclusion.motion import Motion, motion
 from optimizer.certificate.exclusion.points import Held, point_slack
 from optimizer.certificate.exclusion.self_contact import self_slack
 from optimizer.certificate.exclusion.yaw_cells import yaw_cells
-from optimizer.coupled.scene import Scene
-from optimizer.reduced import ReducedProblem
-from optimizer.watch import check_stop
+from optimizer.monitoring.watch import check_stop
+from optimizer.reduction.reduced import ReducedProblem
+from optimizer.verification.scene import Scene
 
 NO_LEVELS: Mapping[int, float] = {}
 ROWS = 1000

@@ -14,7 +14,7 @@ from optimizer.certificate.pairs.shared_yaw import SharedYaw
 from optimizer.certificate.pairs.store import PairStore
 from optimizer.certificate.pairs.tied_bounds import TiedBounds
 from optimizer.certificate.pairs.ties import mirrored_yaws
-from optimizer.coupled.scene import Scene
+from optimizer.verification.scene import Scene
 
 SMALLEST = 1e-5
 """m; pairs of boxes with no longer half sides are not cut any more."""

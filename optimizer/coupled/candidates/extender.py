@@ -14,8 +14,8 @@ from optimizer.coupled.candidates.contacts import SomePairs
 from optimizer.coupled.candidates.loose import LooseTies
 from optimizer.coupled.candidates.placement_filter import FORGIVEN, arm_frames, telling_order
 from optimizer.coupled.candidates.placements import Placements
-from optimizer.coupled.scene import LIMITS, Scene
-from optimizer.watch import check_stop
+from optimizer.monitoring.watch import check_stop
+from optimizer.verification.scene import LIMITS, Scene
 
 MOST = 200_000
 """Pairs that are looked at at most."""

@@ -15,10 +15,10 @@ import numpy as np
 from models.base.arrays import Floats, Ints
 from models.cell.cell import Cell
 from models.robot.arm import Arm
-from optimizer.coupled.scene import Scene
-from optimizer.path_samples import ObjectPath
-from optimizer.program import ArmPoint
-from optimizer.reduced import Paths, ReducedProblem, evaluate, evaluate_signed, reduced_problem
+from optimizer.clearance.path_samples import ObjectPath
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.reduced import Paths, ReducedProblem, evaluate, evaluate_signed, reduced_problem
+from optimizer.verification.scene import Scene
 
 LONGEST_TURN, LONGEST_SHIFT = 0.3, 0.12
 """rad and m of the object between places that are looked at."""
@@ -47,7 +47,8 @@ class FollowedProblem:
         return self.problem.arm
 
     def at(self, positions: Floats, signs: Ints | None = None) -> tuple[Paths, Floats]:
-        """Best paths of every posture, or of one per position, from base positions (N, 3); see `optimizer.reduced`.
+        """Best paths of every posture, or of one per position, from base positions (N, 3); see
+        `optimizer.reduction.reduced`.
 
         Returns:
             Paths at all places; and (8, N) or (1, N), how far from allowed they are.

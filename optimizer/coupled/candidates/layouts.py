@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from models.base.arrays import Floats
-from optimizer.box import search_box
 from optimizer.coupled.candidates.candidates import ArmCandidates
 from optimizer.coupled.candidates.extender import FULL, Effort, Extender, Layouts, first_layouts
 from optimizer.coupled.candidates.followed import Followed
@@ -13,6 +12,7 @@ from optimizer.coupled.candidates.loose import LooseTies
 from optimizer.coupled.candidates.placement_filter import PlacementFilter
 from optimizer.coupled.candidates.placements import placements_at
 from optimizer.coupled.candidates.unknowns import TiedUnknowns
+from optimizer.reduction.box import search_box
 
 POSITIONS = {0: 1, 1: 200, 2: 1500, 3: 3000}
 """Base positions of the first full round, by number of free coordinates of an arm; each has eight postures."""

@@ -9,10 +9,10 @@ from models.cell.surroundings import PairClass
 from models.kinematics.link_frames import link_frames
 from optimizer.coupled.candidates.contacts import SomePairs
 from optimizer.coupled.candidates.placements import Placements, well_conditioned
-from optimizer.coupled.scene import Scene, world_yaw
-from optimizer.reduced import ReducedProblem
+from optimizer.monitoring.watch import check_stop
+from optimizer.reduction.reduced import ReducedProblem
+from optimizer.verification.scene import Scene, world_yaw
 from optimizer.verification.way import follow_way
-from optimizer.watch import check_stop
 
 FORGIVEN = 0.02
 """m; what lacks no more than this may be repaired by a refinement."""

@@ -12,9 +12,9 @@ from models.robot.arm import TURN
 from models.robot.posture import ALL_SIGNS
 from optimizer.coupled.candidates.followed import FollowedProblem
 from optimizer.coupled.candidates.unknowns import Samples
-from optimizer.program import ArmPoint
-from optimizer.reduced import ReducedProblem, conditioning_shortfall
-from optimizer.watch import check_stop
+from optimizer.monitoring.watch import check_stop
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.reduced import ReducedProblem, conditioning_shortfall
 
 AT_ONCE = 60_000
 """Postures of all poses that are evaluated in one go: what fits into a cache."""

@@ -18,7 +18,7 @@ from optimizer.coupled.candidates.layouts import boxes_of
 from optimizer.coupled.candidates.loose import LooseTies
 from optimizer.coupled.candidates.placements import Placements
 from optimizer.coupled.candidates.unknowns import TiedUnknowns
-from optimizer.watch import check_stop
+from optimizer.monitoring.watch import check_stop
 
 TAKEN = 64
 """Layouts that are brought downhill."""

@@ -18,12 +18,12 @@ from models.base.pose import rotation_angle
 from models.cell.cell import Cell
 from models.cell.task import Task
 from models.robot.arm import TURN
+from optimizer.clearance.path_samples import ObjectPath
 from optimizer.coupled.candidates.starts import Start
-from optimizer.coupled.scene import Scene
-from optimizer.path_samples import ObjectPath
-from optimizer.program import ArmPoint
-from optimizer.reduced import ReducedProblem, evaluate_signed, reduced_problem
-from optimizer.single_arm.pose_sample import sample_job
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.pose_sample import sample_job
+from optimizer.reduction.reduced import ReducedProblem, evaluate_signed, reduced_problem
+from optimizer.verification.scene import Scene
 
 LONG = 60
 """Tasks with more poses are shortened."""

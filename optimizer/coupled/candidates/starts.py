@@ -11,10 +11,10 @@ import numpy as np
 from models.base.arrays import Ints
 from optimizer.coupled.candidates.extender import Layouts
 from optimizer.coupled.candidates.followed import Followed
-from optimizer.coupled.nearby import nearby
-from optimizer.coupled.scene import LIMITS
-from optimizer.program import ArmPoint
-from optimizer.watch import check_stop
+from optimizer.monitoring.watch import check_stop
+from optimizer.nlp.program import ArmPoint
+from optimizer.sqp.nearby import nearby
+from optimizer.verification.scene import LIMITS
 
 APART = 0.12
 """m; layouts of the same postures whose bases are all nearer than this count as one start."""

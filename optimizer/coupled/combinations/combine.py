@@ -12,12 +12,12 @@ from models.base.arrays import Floats
 from models.cell.cell import Cell
 from optimizer.coupled.combinations.place_tied import tied
 from optimizer.coupled.combinations.pool import Member, Pool
-from optimizer.coupled.nearby import nearby
-from optimizer.coupled.scene import LIMITS, Scene
-from optimizer.coupled.sqp.refine import price_of
-from optimizer.program import ArmPoint
-from optimizer.reduced import ReducedProblem
-from optimizer.watch import check_stop
+from optimizer.monitoring.watch import check_stop
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.reduced import ReducedProblem
+from optimizer.sqp.nearby import nearby
+from optimizer.sqp.refine import price_of
+from optimizer.verification.scene import LIMITS, Scene
 
 BEAM = 600
 """Combinations kept while one arm after the other is added."""

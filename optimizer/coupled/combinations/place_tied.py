@@ -10,8 +10,8 @@ from models.base.arrays import Floats
 from models.cell.coupling import Coupling
 from models.robot.arm import Arm
 from optimizer.coupled.combinations.pool import Member
-from optimizer.program import ArmPoint
-from optimizer.reduced import ReducedProblem, evaluate_signed
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.reduced import ReducedProblem, evaluate_signed
 
 STEPS = 4
 DIFFERENCE = 1e-6

@@ -14,14 +14,14 @@ from models.base.arrays import Floats, Ints
 from models.cell.cell import Cell
 from models.robot.arm import Arm
 from models.robot.posture import ALL_SIGNS
-from optimizer.box import search_box, spread
-from optimizer.coupled.scene import Scene, world_yaw
-from optimizer.coupled.sqp.refine import price_of
-from optimizer.program import ArmPoint
-from optimizer.reduced import ReducedProblem, conditioning_shortfall, evaluate
+from optimizer.monitoring.watch import check_stop
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.box import search_box, spread
+from optimizer.reduction.reduced import ReducedProblem, conditioning_shortfall, evaluate
 from optimizer.single_arm.redundant.varied_paths import varied_paths
-from optimizer.verify import check
-from optimizer.watch import check_stop
+from optimizer.sqp.refine import price_of
+from optimizer.verification.scene import Scene, world_yaw
+from optimizer.verification.verify import check
 
 POINTS = {0: 1, 1: 100, 2: 1600, 3: 4000}
 """Base positions of the first round by number of free coordinates; each has eight postures."""

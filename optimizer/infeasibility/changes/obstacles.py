@@ -11,10 +11,10 @@ from models.base.arrays import Floats
 from models.base.pose import transform
 from models.cell.cell import Cell
 from models.geometry.shapes import Body
-from optimizer.coupled.scene import LIMITS, Scene
 from optimizer.infeasibility.changes.remedy import FARTHEST, Remedy
 from optimizer.infeasibility.requirements import Requirement
-from optimizer.program import ArmPoint
+from optimizer.nlp.program import ArmPoint
+from optimizer.verification.scene import LIMITS, Scene
 
 WAYS = 8
 """Level directions; up and down besides."""

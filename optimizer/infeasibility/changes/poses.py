@@ -11,11 +11,11 @@ from models.base.arrays import Floats, Ints
 from models.base.pose import inverse
 from models.cell.cell import Cell
 from models.cell.task import Task
-from optimizer.coupled.scene import Scene
-from optimizer.findings import Relaxation
+from optimizer.clearance.path_samples import ObjectPath, follow
 from optimizer.infeasibility.searched.trial import clean
-from optimizer.path_samples import ObjectPath, follow
-from optimizer.program import ArmPoint
+from optimizer.nlp.program import ArmPoint
+from optimizer.results.findings import Relaxation
+from optimizer.verification.scene import Scene
 
 ROUNDS = 4
 """Times that poses are added where steps between them are still too long."""

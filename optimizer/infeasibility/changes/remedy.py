@@ -10,7 +10,7 @@ from models.cell.cell import Cell
 from optimizer.infeasibility.effort import Effort
 from optimizer.infeasibility.largest import Largest
 from optimizer.infeasibility.requirements import Requirement
-from optimizer.program import ArmPoint
+from optimizer.nlp.program import ArmPoint
 
 FARTHEST = 3.0
 """m that anything is moved or widened at most."""

@@ -10,12 +10,12 @@ from models.base.kept import KEPT
 from models.cell.cell import Cell
 from models.cell.floor import Floor, Footprint
 from models.robot.arm import Arm
-from optimizer.box import reach_windows, search_box
 from optimizer.certificate.bounds.angles.targets import Targets
 from optimizer.certificate.bounds.region import reachable_region
 from optimizer.infeasibility.immediate.cause import SURE, Infeasibility
-from optimizer.reasons import explain_reach
-from optimizer.reduced import reduced_problem
+from optimizer.reasons.reasons import explain_reach
+from optimizer.reduction.box import reach_windows, search_box
+from optimizer.reduction.reduced import reduced_problem
 
 HALVINGS = 24
 """Of a margin."""

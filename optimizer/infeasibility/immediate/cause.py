@@ -8,7 +8,7 @@ from math import floor
 from models.base.kept import KEPT
 from models.cell.cell import Cell
 from models.cell.surroundings import PairClass
-from optimizer.layout import Reason
+from optimizer.results.layout import Reason
 
 SURE = 3.8e-6
 """m; what a proof needs beyond `KEPT`: two bases that are out of their regions by as much along a diagonal (2√3 of it),

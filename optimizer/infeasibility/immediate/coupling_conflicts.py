@@ -20,9 +20,9 @@ from models.cell.cell import Cell
 from models.cell.coupling import Coupling, Direction, Distance, Mirror
 from models.cell.coupling.apart import Apart
 from models.robot.arm import TURN
-from optimizer.box import search_box
 from optimizer.infeasibility.immediate.cause import SURE, Infeasibility
 from optimizer.infeasibility.immediate.distance_conflicts import distance_conflicts
+from optimizer.reduction.box import search_box
 
 SIDES = 32
 """Of the polygon around a disc."""

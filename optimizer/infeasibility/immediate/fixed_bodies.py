@@ -18,10 +18,10 @@ from models.base.pose import inverse
 from models.cell.cell import Cell
 from models.cell.surroundings import PairClass
 from models.collision.collision import CollisionModel, Configurations, Contact
+from optimizer.clearance.path_samples import ObjectPath
 from optimizer.infeasibility.immediate.cause import Infeasibility, millimetres, rounded_down, surely_short
-from optimizer.meant_contact import if_meant
-from optimizer.path_samples import ObjectPath
-from optimizer.watch import check_stop
+from optimizer.monitoring.watch import check_stop
+from optimizer.reasons.meant_contact import if_meant
 
 SHIFT, TURN = 5e-3, radians(1.0)
 """m and rad of the object between samples of its way, ..."""
@@ -43,7 +43,7 @@ def fixed_body_conflicts(cell: Cell, model: CollisionModel, deadline: float = np
         deadline: `time.perf_counter` value after which no further places are looked at.
 
     Raises:
-        Cancelled: whoever watches (`optimizer.watch`) wants an end.
+        Cancelled: whoever watches (`optimizer.monitoring.watch`) wants an end.
     """
     pairs = _fixed_pairs(cell, model)
     if not np.any(pairs):

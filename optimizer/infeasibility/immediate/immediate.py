@@ -13,9 +13,9 @@ from optimizer.infeasibility.immediate.fixed_bodies import fixed_body_conflicts
 from optimizer.infeasibility.immediate.one_place import one_place_conflicts
 from optimizer.infeasibility.immediate.relative_bases import relative_base_conflicts
 from optimizer.infeasibility.immediate.self_distances import self_distance_conflicts
-from optimizer.layout import Layout, Outcome, Search
-from optimizer.measure import jobs_of
-from optimizer.reasons import name_jobs
+from optimizer.nlp.measure import jobs_of
+from optimizer.reasons.reasons import name_jobs
+from optimizer.results.layout import Layout, Outcome, Search
 
 
 def immediate_infeasibility(cell: Cell, deadline: float = inf) -> tuple[Infeasibility, ...]:
@@ -26,7 +26,7 @@ def immediate_infeasibility(cell: Cell, deadline: float = inf) -> tuple[Infeasib
         deadline: `time.perf_counter` value after which no further bodies are looked at, soft.
 
     Raises:
-        Cancelled: whoever watches (`optimizer.watch`) wants an end.
+        Cancelled: whoever watches (`optimizer.monitoring.watch`) wants an end.
     """
     clearances = cell.surroundings.clearances
     model = CollisionModel(cell.arms, cell.surroundings) if clearances.any else None

@@ -22,8 +22,8 @@ from models.collision.collision import CollisionModel
 from models.geometry.separation import separation
 from models.geometry.shapes import Sphere
 from models.kinematics.chain import chain_of
-from optimizer.box import search_box
 from optimizer.infeasibility.immediate.cause import SURE, Infeasibility, millimetres, rounded_down
+from optimizer.reduction.box import search_box
 
 MOST, SMALLEST = 3000, 2e-3
 """Boxes, and m, half side of the smallest."""

@@ -24,7 +24,7 @@ from models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Sph
 from models.kinematics.link_frames import link_frames
 from models.robot.arm import TURN, Arm
 from optimizer.infeasibility.immediate.cause import Infeasibility, millimetres, rounded_down, surely_short
-from optimizer.watch import check_stop
+from optimizer.monitoring.watch import check_stop
 
 JOINTS = 2
 """Joints between two bodies at most."""
@@ -50,7 +50,7 @@ def self_distance_conflicts(cell: Cell, model: CollisionModel, deadline: float =
         deadline: `time.perf_counter` value after which no further pairs are looked at.
 
     Raises:
-        Cancelled: whoever watches (`optimizer.watch`) wants an end.
+        Cancelled: whoever watches (`optimizer.monitoring.watch`) wants an end.
     """
     required = cell.surroundings.clearances.self_collision
     if required is None:

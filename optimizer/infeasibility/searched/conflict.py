@@ -20,7 +20,7 @@ from optimizer.infeasibility.requirements import (
 from optimizer.infeasibility.searched.partial_path import PartialPath, extended
 from optimizer.infeasibility.searched.trial import find
 from optimizer.infeasibility.searched.violations import Violation, part_violations, violations
-from optimizer.program import ArmPoint
+from optimizer.nlp.program import ArmPoint
 
 SHARE = 0.3
 """Share of the time left that one trial may take."""

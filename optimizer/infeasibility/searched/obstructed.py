@@ -14,11 +14,11 @@ from models.cell.floor import Footprint
 from models.cell.surroundings import Clearances, PairClass, Surroundings
 from models.collision.collision import CollisionModel, Configurations
 from models.robot.arm import Arm
-from optimizer.box import search_box
-from optimizer.layout import Reason
-from optimizer.meant_contact import if_meant
-from optimizer.path_samples import ObjectPath
-from optimizer.watch import check_stop
+from optimizer.clearance.path_samples import ObjectPath
+from optimizer.monitoring.watch import check_stop
+from optimizer.reasons.meant_contact import if_meant
+from optimizer.reduction.box import search_box
+from optimizer.results.layout import Reason
 
 SHIFT, TURN = 5e-3, radians(1.0)
 """m and rad between the samples of the object's way."""

@@ -10,8 +10,8 @@ from models.base.arrays import Floats
 from models.base.pose import inverse
 from models.cell.cell import Cell
 from models.robot.arm import Arm
-from optimizer.path_samples import ObjectPath, follow
-from optimizer.program import ArmPoint
+from optimizer.clearance.path_samples import ObjectPath, follow
+from optimizer.nlp.program import ArmPoint
 
 CUTS = 2, 8
 """Steps in which an arm follows the part from a pose to the next: at first, and where that fails."""

@@ -10,13 +10,13 @@ from models.cell.cell import Cell
 from models.robot.arm import Arm
 from optimizer.coupled.combinations.combine import combine
 from optimizer.coupled.combinations.pool import alone_scene, pool_of, with_optimum
-from optimizer.coupled.scene import LIMITS, Scene
-from optimizer.coupled.sqp.refine import refine
 from optimizer.infeasibility.searched.obstructed import obstruction
-from optimizer.program import ArmPoint
-from optimizer.search import search_arm
+from optimizer.nlp.program import ArmPoint
 from optimizer.settings import Settings
 from optimizer.single_arm.arm_search import ArmSearch
+from optimizer.single_arm.search import search_arm
+from optimizer.sqp.refine import refine
+from optimizer.verification.scene import LIMITS, Scene
 
 ARM_TIME = 4.0
 """s that the search of one arm alone may take."""

@@ -18,14 +18,14 @@ from models.kinematics.nominal import posture_form
 from models.kinematics.screws import conditioning_of
 from models.kinematics.wrist_singularity import wrist_shortfall
 from models.robot.arm import Arm
-from optimizer.coupled.scene import LIMITS, Scene, tie_violation, world_yaw
-from optimizer.coupled.sqp.samples import Samples, sample_path
 from optimizer.infeasibility.requirements import Kind, Requirement, Selection
 from optimizer.infeasibility.searched.obstructed import part_hits
 from optimizer.infeasibility.searched.partial_path import PartialPath
-from optimizer.program import ArmPoint
-from optimizer.verify import LIMITS as EXACT
-from optimizer.watch import check_stop
+from optimizer.monitoring.watch import check_stop
+from optimizer.nlp.program import ArmPoint
+from optimizer.sqp.samples import Samples, sample_path
+from optimizer.verification.scene import LIMITS, Scene, tie_violation, world_yaw
+from optimizer.verification.verify import LIMITS as EXACT
 
 MOST_CONTACTS = 1500
 """Pairs and places that Coal is asked about."""

@@ -14,10 +14,10 @@ import numpy as np
 from models.base.arrays import Floats, Ints
 from models.kinematics.chain_columns import rotation_vectors
 from models.robot.linear_limits import LinearLimits
+from optimizer.monitoring.watch import check_stop
 from optimizer.single_arm.redundant.conditioning_pull import conditioning_pull
 from optimizer.single_arm.redundant.normal_equations import backwards, bounded_step, factorised, forwards
 from optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, seen_from_bases
-from optimizer.watch import check_stop
 
 FASTER, SLOWER, LEAST_PULL = 1.3, 0.5, 0.1
 """What becomes of a seed's pull after progress and after none, and its least."""

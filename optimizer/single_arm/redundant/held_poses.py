@@ -16,7 +16,7 @@ from models.base.arrays import Bools, Floats, Ints
 from models.base.pose import rotation_angle
 from models.cell.cell import Cell
 from models.cell.task import Task
-from optimizer.program import ArmPoint
+from optimizer.nlp.program import ArmPoint
 
 MOVED, TURNED = 5e-4, 1e-3
 """m and rad between neighbouring poses of a part that is held."""

@@ -9,7 +9,7 @@ import numpy as np
 from models.base.arrays import Bools, Floats, Ints
 from models.kinematics.chain_columns import rotation_vectors
 from models.robot.arm import TURN
-from optimizer.single_arm.linear_sums import keep_sums, sum_excess
+from optimizer.reduction.linear_sums import keep_sums, sum_excess
 from optimizer.single_arm.redundant.conditioning_pull import conditioning_values
 from optimizer.single_arm.redundant.parameters import UnreducedParameters
 from optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, seen_from_bases

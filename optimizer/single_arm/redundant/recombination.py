@@ -15,7 +15,7 @@ import numpy as np
 from models.base.arrays import Bools, Floats, Ints
 from models.kinematics.chain_columns import rotation_vectors
 from models.robot.arm import TURN
-from optimizer.single_arm.linear_sums import sum_excess
+from optimizer.reduction.linear_sums import sum_excess
 from optimizer.single_arm.redundant.conditioning_pull import conditioning_values
 from optimizer.single_arm.redundant.draws import drawn_postures, fit_to_bases
 from optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton

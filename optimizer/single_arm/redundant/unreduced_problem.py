@@ -18,7 +18,7 @@ from models.kinematics.chain import chain_of
 from models.kinematics.chain_columns import ColumnChain, column_chain
 from models.kinematics.closed_form import closed_form
 from models.robot.arm import Arm
-from optimizer.program import ArmPoint
+from optimizer.nlp.program import ArmPoint
 
 ENDLESS = 1e9
 """rad; stands for the limit of a joint without end, and for that of a free yaw."""

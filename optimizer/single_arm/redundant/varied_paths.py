@@ -14,8 +14,8 @@ import numpy as np
 from models.base.arrays import Floats
 from models.cell.cell import Cell
 from models.robot.arm import Arm
-from optimizer.continuation import continue_paths
-from optimizer.layers import LayeredPath, finish_path
+from optimizer.reduction.layers import LayeredPath, finish_path
+from optimizer.single_arm.continuation import continue_paths
 from optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
 from optimizer.single_arm.redundant.parameters import PARAMETERS, UnreducedParameters
 from optimizer.single_arm.redundant.ranking import figures, lifted
@@ -53,7 +53,7 @@ def varied_paths(
     """Paths of one arm from bases all over the box.
 
     Args:
-        cell: task and step limit. arm: the arm. box: (3, 2) m from `optimizer.box.search_box`.
+        cell: task and step limit. arm: the arm. box: (3, 2) m from `optimizer.reduction.box.search_box`.
         seed: of the draws. deadline: `time.perf_counter` value, soft.
         parameters: of the stages.
     """

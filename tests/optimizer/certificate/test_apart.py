@@ -21,8 +21,8 @@ from models.robot.posture import ALL_SIGNS
 from models.robot.robot import Robot
 from optimizer.certificate.bounds.box_bounds import BoxBounder
 from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.measure import objective_of
-from optimizer.reduced import reduced_problem
+from optimizer.nlp.measure import objective_of
+from optimizer.reduction.reduced import reduced_problem
 from optimizer.single_arm.as_drawn import problem_of_drawing
 from tests.models.test_nominal import calibrated
 from tests.support.arms import make_arm, region

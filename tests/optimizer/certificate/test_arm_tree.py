@@ -8,10 +8,10 @@ from bench.cells import real_cell
 from optimizer.certificate.arm_tree import ArmTree
 from optimizer.certificate.certify import certify
 from optimizer.coupled.combinations.pool import alone_scene, own_lacks
-from optimizer.coupled.scene import Scene
-from optimizer.reduced import ReducedProblem, reduced_problem
+from optimizer.reduction.reduced import ReducedProblem, reduced_problem
 from optimizer.settings import CertificateSettings
-from optimizer.verify import check
+from optimizer.verification.scene import Scene
+from optimizer.verification.verify import check
 
 
 def _tree(seed: int, index: int) -> tuple[ArmTree, Scene, ReducedProblem]:

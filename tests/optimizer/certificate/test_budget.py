@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from models.cell.surroundings import Clearances, Surroundings
-from optimizer.certificate.budget import GAP, LEAST, automatic, boxes_for, search_time
+from optimizer.budget import GAP, LEAST, automatic, boxes_for, search_time
 from optimizer.certificate.certify import certify
-from optimizer.reduced import reduced_problem
+from optimizer.reduction.reduced import reduced_problem
 from optimizer.settings import CertificateSettings
 from tests.support.acceptance import load
 

@@ -11,11 +11,11 @@ from models.cell.cell import Cell
 from models.robot.arm import BaseRegion, Interval
 from optimizer.certificate.cell_proof import CellProof, prove_cell
 from optimizer.certificate.leaves import excluded_shares
-from optimizer.coupled.scene import Scene
-from optimizer.coupled.sqp.refine import Refined
-from optimizer.program import ArmPoint
-from optimizer.reduced import reduced_problem
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.reduced import reduced_problem
 from optimizer.settings import CertificateSettings
+from optimizer.sqp.refine import Refined
+from optimizer.verification.scene import Scene
 
 
 def _proof(cell: Cell, known: list[Refined], settings: CertificateSettings) -> CellProof:

@@ -14,10 +14,16 @@ from models.kinematics.kinematics import characteristic_length, conditioning
 from models.robot.arm import Arm, BaseRegion, Interval
 from models.robot.posture import ALL_SIGNS, Posture
 from optimizer.certificate.certify import BranchAndBound, certify
-from optimizer.proof import Incumbent
-from optimizer.reduced import ReducedProblem, conditioning_shortfall, evaluate, evaluate_signed, reduced_problem
+from optimizer.reduction.reduced import (
+    ReducedProblem,
+    conditioning_shortfall,
+    evaluate,
+    evaluate_signed,
+    reduced_problem,
+)
+from optimizer.results.proof import Incumbent
 from optimizer.settings import CertificateSettings
-from optimizer.verify import LIMITS
+from optimizer.verification.verify import LIMITS
 from tests.support.arms import make_arm, region
 from tests.support.boxes import MOUNTS, random_problem
 from tests.support.thesis import BEST_KNOWN, CELLS, LOWER_BOUNDS

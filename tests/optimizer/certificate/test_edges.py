@@ -19,11 +19,11 @@ from models.robot.arm import SINGULAR_WRIST, Interval
 from models.robot.posture import ALL_SIGNS, Posture
 from optimizer.certificate.cell_proof import prove_cell
 from optimizer.certificate.certify import certify
-from optimizer.coupled.scene import Scene
 from optimizer.infeasibility.immediate.immediate import immediate_infeasibility
-from optimizer.program import ArmPoint
-from optimizer.reduced import ReducedProblem, evaluate, evaluate_signed, reduced_problem
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.reduced import ReducedProblem, evaluate, evaluate_signed, reduced_problem
 from optimizer.settings import CertificateSettings
+from optimizer.verification.scene import Scene
 from tests.support.arms import make_arm, oblique_wrist, region
 from tests.support.blocked import far_box, one_arm
 from tests.support.tasks import way_of_joints

@@ -16,8 +16,8 @@ from models.cell.surroundings import Clearances, Surroundings
 from models.cell.task import Task, line
 from models.geometry.shapes import Body, Box
 from optimizer.coupled.canonical import CanonicalForm
+from optimizer.nlp.program import ArmPoint
 from optimizer.optimize import optimize
-from optimizer.program import ArmPoint
 from optimizer.settings import Settings
 from tests.support.arms import make_arm, region
 

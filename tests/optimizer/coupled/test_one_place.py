@@ -14,9 +14,9 @@ from models.cell.coupling.apart import Apart
 from models.cell.one_place import NEAREST
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.pairs.couplings import untied
-from optimizer.evaluate import evaluate_layout
-from optimizer.layout import Layout, Outcome
+from optimizer.evaluation.evaluate import evaluate_layout
 from optimizer.optimize import optimize
+from optimizer.results.layout import Layout, Outcome
 from optimizer.settings import Settings
 from tests.support.arms import region
 from tests.support.blocked import carried, one_arm

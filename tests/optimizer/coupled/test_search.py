@@ -15,7 +15,7 @@ from models.cell.surroundings import Clearances, Part, Surroundings
 from models.cell.task import line
 from models.geometry.shapes import Body, Box
 from optimizer.optimize import optimize
-from optimizer.reduced import evaluate, reduced_problem
+from optimizer.reduction.reduced import evaluate, reduced_problem
 from optimizer.settings import CertificateSettings, Settings
 from tests.support.answers import assert_ended
 from tests.support.arms import make_arm, region

@@ -12,8 +12,8 @@ from models.cell.surroundings import Clearances
 from models.geometry.shapes import Body, Box
 from models.kinematics.link_frames import link_frames
 from models.robot.posture import ALL_SIGNS, Posture, name_signs
-from optimizer.evaluate import evaluate_layout
-from optimizer.layout import Layout, Outcome
+from optimizer.evaluation.evaluate import evaluate_layout
+from optimizer.results.layout import Layout, Outcome
 from tests.optimizer.test_evaluate import of_scene
 from tests.support.cells import beam_pair
 

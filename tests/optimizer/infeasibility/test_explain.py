@@ -12,13 +12,13 @@ from models.cell.cell import Cell
 from models.cell.surroundings import Clearances, Part, Surroundings
 from models.cell.task import Task
 from models.geometry.shapes import Body, Box
-from optimizer.coupled.scene import Scene
 from optimizer.infeasibility.effort import Effort
 from optimizer.infeasibility.explain import explain
 from optimizer.infeasibility.immediate.immediate import refused
 from optimizer.infeasibility.proved_conflict import Conflict, proved_conflict
 from optimizer.infeasibility.requirements import Kind
 from optimizer.infeasibility.searched.trial import clean
+from optimizer.verification.scene import Scene
 from tests.support.arms import make_arm, region
 
 LONG = 300.0

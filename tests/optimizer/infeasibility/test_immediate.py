@@ -25,8 +25,8 @@ from optimizer.infeasibility.immediate.distance_conflicts import distance_confli
 from optimizer.infeasibility.immediate.fixed_bodies import fixed_body_conflicts
 from optimizer.infeasibility.immediate.immediate import immediate_infeasibility, refused
 from optimizer.infeasibility.immediate.self_distances import largest_distance
-from optimizer.layout import Outcome
 from optimizer.optimize import optimize
+from optimizer.results.layout import Outcome
 from tests.support.arms import make_arm, region
 
 HOLD = Task(np.tile(transform(np.diag([1.0, -1.0, -1.0]), [0.0, 0.0, 0.5]), (2, 1, 1)))

@@ -12,8 +12,8 @@ from models.robot.posture import ALL_SIGNS
 from optimizer.certificate.alone import AloneCheck
 from optimizer.infeasibility.effort import Effort
 from optimizer.infeasibility.largest import largest_clearance
-from optimizer.program import ArmPoint
-from optimizer.reduced import evaluate_signed, reduced_problem
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.reduced import evaluate_signed, reduced_problem
 
 KIND = PairClass.ARM_OBSTACLE
 

@@ -6,11 +6,11 @@ import numpy as np
 
 from bench.cells import real_cell
 from bench.planted_conflicts import planted
-from optimizer.coupled.scene import Scene
 from optimizer.infeasibility.effort import Effort
 from optimizer.infeasibility.requirements import Kind, selection_of
 from optimizer.infeasibility.searched.trial import clean
 from optimizer.infeasibility.subset_proof import SubsetProof
+from optimizer.verification.scene import Scene
 
 OBSTACLE = 6
 """Number of a planted conflict."""

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from models.cell.coupling import SameHeight
-from optimizer.events import Event, Incumbent
+from optimizer.monitoring.events import Event, Incumbent
+from optimizer.monitoring.watch import watching
+from optimizer.nlp.program import ArmPoint
 from optimizer.optimize import optimize
-from optimizer.program import ArmPoint
 from optimizer.progress.incumbents import arm_found, layout_found, recording
 from optimizer.settings import Settings
-from optimizer.watch import watching
 from service.workers.reports import text_of
 from tests.support.acceptance import load
 

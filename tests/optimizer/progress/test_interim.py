@@ -13,10 +13,10 @@ import optimizer.advice
 import optimizer.infeasibility.explain
 import optimizer.optimize
 from models.cell.cell import Cell
-from optimizer.layout import Layout, Outcome
+from optimizer.monitoring.watch import OutOfTime
 from optimizer.optimize import optimize
+from optimizer.results.layout import Layout, Outcome
 from optimizer.settings import Settings, ToleranceSettings
-from optimizer.watch import OutOfTime
 from tests.support.arms import region
 from tests.support.blocked import carried, far_box, one_arm
 from tests.support.tasks import possible

@@ -8,10 +8,10 @@ from dataclasses import replace
 import pytest
 
 from models.cell.surroundings import Clearances, Surroundings
-from optimizer.events import Event, Stage
+from optimizer.monitoring.events import Event, Stage
+from optimizer.monitoring.watch import watching
 from optimizer.progress.timetable import Timetable, timetable
 from optimizer.settings import CertificateSettings, Settings, ToleranceSettings
-from optimizer.watch import watching
 from tests.support.acceptance import load
 
 LINE, _ = load("line")

@@ -21,8 +21,8 @@ from models.kinematics.kinematics import flange_poses
 from models.kinematics.nominal import as_drawn, nominal
 from models.robot.posture import Posture
 from models.robot.robot import Robot
-from optimizer.layout import Outcome
 from optimizer.optimize import optimize
+from optimizer.results.layout import Outcome
 from optimizer.settings import Settings
 from service.convert import cell_of
 from service.library import Library

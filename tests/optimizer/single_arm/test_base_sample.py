@@ -10,9 +10,9 @@ import pytest
 from models.base.pose import rotation_z, transform
 from models.cell.cell import Cell
 from models.cell.task import Task
-from optimizer.box import search_box
-from optimizer.reduced import reduced_problem
-from optimizer.single_arm.base_sample import BoxFrame
+from optimizer.reduction.base_sample import BoxFrame
+from optimizer.reduction.box import search_box
+from optimizer.reduction.reduced import reduced_problem
 from tests.support.arms import region
 from tests.support.tasks import possible
 

@@ -10,14 +10,14 @@ import numpy as np
 from bench.acceptance_search import case
 from bench.random_arms.draw import draw
 from models.kinematics.wrist_singularity import wrist_distance
-from optimizer.box import search_box
 from optimizer.coupled.found import CoupledSearch
-from optimizer.prove import prove
-from optimizer.search import search_arm
+from optimizer.coupled.prove import prove
+from optimizer.reduction.box import search_box
 from optimizer.settings import CertificateSettings, Settings
 from optimizer.single_arm.doubt import at_limit, in_doubt
+from optimizer.single_arm.search import search_arm
+from optimizer.verification.verify import check
 from optimizer.verification.way import follow_way
-from optimizer.verify import check
 
 
 def searched(cell):

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from models.kinematics.kinematics import flange_poses
-from optimizer.box import search_box
-from optimizer.layers import LayeredPath
 from optimizer.optimize import optimize
-from optimizer.reduced import evaluate_signed, reduced_problem
-from optimizer.screening import Candidate, screen
+from optimizer.reduction.box import search_box
+from optimizer.reduction.layers import LayeredPath
+from optimizer.reduction.reduced import evaluate_signed, reduced_problem
+from optimizer.reduction.screening import Candidate, screen
 from optimizer.settings import Settings
 from optimizer.single_arm.nearest import nearest_candidate, nearest_path
 from tests.support.tasks import possible

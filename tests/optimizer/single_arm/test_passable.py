@@ -10,12 +10,12 @@ import pytest
 
 from bench.random_tasks import random_cell
 from models.cell.task import Task
-from optimizer.measure import objective_of
-from optimizer.search import search_arm
+from optimizer.nlp.measure import objective_of
 from optimizer.settings import Settings
 from optimizer.single_arm.passable import passable, with_places
+from optimizer.single_arm.search import search_arm
+from optimizer.verification.verify import check
 from optimizer.verification.way import follow_way
-from optimizer.verify import check
 
 
 @pytest.mark.parametrize("seed", [11, 13, 21])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from models.base.pose import rotation_about, rotation_z
-from optimizer.single_arm.pose_sample import sample_job
+from optimizer.reduction.pose_sample import sample_job
 
 
 def way(poses: int, seed: int) -> tuple[np.ndarray, np.ndarray]:

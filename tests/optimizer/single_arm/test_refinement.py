@@ -7,14 +7,14 @@ import time
 import numpy as np
 import pytest
 
-from optimizer.box import search_box
-from optimizer.local import solve_locally
-from optimizer.measure import objective_of
-from optimizer.reduced import evaluate_signed, reduced_problem
-from optimizer.screening import Candidate
-from optimizer.single_arm.base_sample import BoxFrame
+from optimizer.nlp.measure import objective_of
+from optimizer.reduction.base_sample import BoxFrame
+from optimizer.reduction.box import search_box
+from optimizer.reduction.reduced import evaluate_signed, reduced_problem
+from optimizer.reduction.screening import Candidate
+from optimizer.single_arm.local import solve_locally
 from optimizer.single_arm.refinement import MOST, brought_to_optimum, path_from
-from optimizer.verify import check
+from optimizer.verification.verify import check
 from tests.support.tasks import possible
 
 SIGNS = [(a, b, c) for a in (1, -1) for b in (1, -1) for c in (1, -1)]

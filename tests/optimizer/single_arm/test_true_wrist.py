@@ -14,13 +14,13 @@ from models.kinematics.kinematics import flange_poses
 from models.kinematics.nominal import nominal, posture_form, singular_fifth
 from models.robot.arm import SINGULAR_WRIST
 from models.robot.posture import Posture
-from optimizer.evaluate import evaluate_layout
-from optimizer.layout import Outcome
+from optimizer.evaluation.evaluate import evaluate_layout
+from optimizer.nlp.program import ArmPoint, joint_bounds
 from optimizer.optimize import optimize
-from optimizer.program import ArmPoint, joint_bounds
+from optimizer.results.layout import Outcome
 from optimizer.settings import Settings
+from optimizer.verification.verify import SIDE, check
 from optimizer.verification.way import follow_way
-from optimizer.verify import SIDE, check
 from tests.models.test_nominal import calibrated
 from tests.support.arms import make_arm, region
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from bench.random_arms.draw import draw
 from models.cell.task import Task
-from optimizer.box import search_box
-from optimizer.reduced import evaluate_signed, reduced_problem
-from optimizer.screening import screen
+from optimizer.reduction.box import search_box
+from optimizer.reduction.reduced import evaluate_signed, reduced_problem
+from optimizer.reduction.screening import screen
 from optimizer.single_arm.worth import MOVED, USABLE_TOO, WORTH, worth_solving
 from tests.support.tasks import possible
 

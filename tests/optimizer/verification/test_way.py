@@ -16,8 +16,8 @@ from models.kinematics.chain import chain_of
 from models.kinematics.closed_form import closed_form
 from models.kinematics.kinematics import flange_poses
 from models.robot.arm import Arm
-from optimizer.path_samples import ObjectPath, follow, keep_inside
-from optimizer.program import ArmPoint
+from optimizer.clearance.path_samples import ObjectPath, follow, keep_inside
+from optimizer.nlp.program import ArmPoint
 from optimizer.verification.way import follow_way
 from optimizer.verification.words import way_faults
 from tests.support.arms import make_arm

@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from optimizer.layout import Layout, Outcome, Search
 from optimizer.optimize import optimize
+from optimizer.results.layout import Layout, Outcome, Search
 from service.convert import cell_of
 from service.requests.warnings import warnings_of
 from service.schemas.request import EXAMPLE, LayoutRequest

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from models.cell.cell import Cell
-from optimizer.events import Event
-from optimizer.layout import Outcome
-from optimizer.measure import objective_of
+from optimizer.monitoring.events import Event
+from optimizer.monitoring.watch import Cancelled, watching
+from optimizer.nlp.measure import objective_of
 from optimizer.optimize import optimize
 from optimizer.progress.interim import interim_layout
 from optimizer.progress.known import Solved, Usable
+from optimizer.results.layout import Outcome
 from optimizer.settings import Settings, ToleranceSettings
-from optimizer.watch import Cancelled, watching
 from service.issues import Issue
 from service.schemas.request import EXAMPLE, LayoutRequest
 from service.workers.best_known import BestKnown, KnownAnswer

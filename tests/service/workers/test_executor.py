@@ -226,7 +226,7 @@ def test_what_was_known_is_the_answer_of_a_solve_that_has_to_be_killed() -> None
 
 def deaf_but_telling(*arguments: Any) -> Answer:
     """Tells of two answers, and never of a third."""
-    from optimizer.watch import tell
+    from optimizer.monitoring.watch import tell
     from service.workers.best_known import KnownAnswer
 
     for number in (1, 2):

@@ -3,7 +3,7 @@
 import json
 from math import inf, nan
 
-from optimizer.events import Bounded, Iterated, Stage
+from optimizer.monitoring.events import Bounded, Iterated, Stage
 from service.workers.reports import Reports
 
 

@@ -14,7 +14,7 @@ from models.base.arrays import Floats
 from models.kinematics.closed_form import ClosedForm
 from models.kinematics.difference import SAME, Difference
 from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.reduced import ReducedProblem
+from optimizer.reduction.reduced import ReducedProblem
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -5,7 +5,7 @@ import pytest
 
 from optimizer.certificate.bounds.angles.targets import Targets
 from optimizer.certificate.bounds.region import reachable_region
-from optimizer.reduced import evaluate
+from optimizer.reduction.reduced import evaluate
 from tests.support.boxes import PARALLEL, SPECIAL, SPHERICAL, random_problem
 
 

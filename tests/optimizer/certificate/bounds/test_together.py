@@ -19,7 +19,7 @@ from optimizer.certificate.bounds.ball import Ball
 from optimizer.certificate.bounds.box_bounds import BoxBounder
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.bounds.lifts import nearest_lifts
-from optimizer.reduced import evaluate_signed, reduced_problem
+from optimizer.reduction.reduced import evaluate_signed, reduced_problem
 
 TRIALS, BOXES, SAMPLES = 5, 100, 16
 

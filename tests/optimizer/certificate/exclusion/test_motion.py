@@ -10,7 +10,7 @@ from optimizer.certificate.bounds.angles.joints import Kinematics
 from optimizer.certificate.bounds.angles.targets import Targets
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.exclusion.motion import motion
-from optimizer.reduced import ReducedProblem, evaluate_signed
+from optimizer.reduction.reduced import ReducedProblem, evaluate_signed
 from tests.support.boxes import boxes_around, members, random_problem
 
 

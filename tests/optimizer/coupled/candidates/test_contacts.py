@@ -12,7 +12,7 @@ from models.cell.surroundings import PairClass
 from models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Sphere
 from models.kinematics.link_frames import link_frames
 from optimizer.coupled.candidates.contacts import SomePairs, inner_capsule
-from optimizer.coupled.scene import Scene
+from optimizer.verification.scene import Scene
 from tests.support.cells import beam_pair
 
 POST = Body("post", np.eye(4), Cylinder(0.15, 2.0))

@@ -14,12 +14,12 @@ from models.cell.surroundings import Surroundings
 from optimizer.coupled.candidates.followed import Followed
 from optimizer.coupled.candidates.layouts import sample_layouts
 from optimizer.coupled.candidates.starts import starts_of
-from optimizer.coupled.scene import Scene
-from optimizer.layout import Outcome
 from optimizer.optimize import optimize
-from optimizer.reduced import reduced_problem
+from optimizer.reduction.reduced import reduced_problem
+from optimizer.results.layout import Outcome
 from optimizer.settings import Settings
-from optimizer.verify import check
+from optimizer.verification.scene import Scene
+from optimizer.verification.verify import check
 from tests.support.arms import region
 from tests.support.cells import beam_pair
 

@@ -8,8 +8,8 @@ from bench.coupled_tasks import coupled_task
 from optimizer.coupled.candidates.followed import Followed
 from optimizer.coupled.candidates.layouts import sample_layouts
 from optimizer.coupled.candidates.polish import TAKEN, polished
-from optimizer.coupled.scene import Scene
-from optimizer.reduced import reduced_problem
+from optimizer.reduction.reduced import reduced_problem
+from optimizer.verification.scene import Scene
 
 MIRRORED = 43
 """A task whose cheapest samples lead to places where turning the bases onto the mirror costs more than it seemed."""

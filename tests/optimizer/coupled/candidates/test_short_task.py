@@ -14,13 +14,13 @@ from models.cell.task import Task
 from models.geometry.shapes import Body, Box
 from models.robot.posture import ALL_SIGNS
 from optimizer.coupled.candidates.short_task import ShortTask, shortened
-from optimizer.coupled.scene import Scene
 from optimizer.coupled.search import search_coupled
-from optimizer.program import ArmPoint
-from optimizer.reduced import evaluate, reduced_problem
-from optimizer.search import search_arm
+from optimizer.nlp.program import ArmPoint
+from optimizer.reduction.reduced import evaluate, reduced_problem
 from optimizer.settings import Settings
-from optimizer.verify import check
+from optimizer.single_arm.search import search_arm
+from optimizer.verification.scene import Scene
+from optimizer.verification.verify import check
 from tests.support.arms import make_arm, region
 
 MANY = 240

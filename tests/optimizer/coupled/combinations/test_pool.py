@@ -9,9 +9,9 @@ import pytest
 
 from models.cell.coupling import Distance
 from models.geometry.shapes import Body, Capsule
-from optimizer.coupled.scene import Scene
+from optimizer.nlp.program import ArmPoint
 from optimizer.optimize import optimize
-from optimizer.program import ArmPoint
+from optimizer.verification.scene import Scene
 from tests.support.blocked import carried, halves, one_arm
 from tests.support.cells import beam_pair
 

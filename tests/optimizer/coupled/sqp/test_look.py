@@ -12,10 +12,10 @@ from models.cell.floor import Floor
 from models.cell.surroundings import Clearances
 from models.kinematics.branches import signs_of
 from models.kinematics.closed_form import closed_form
-from optimizer.coupled.scene import Scene
-from optimizer.coupled.sqp.look import look
-from optimizer.coupled.sqp.manifold import Unknowns, move
-from optimizer.program import ArmPoint
+from optimizer.nlp.program import ArmPoint
+from optimizer.sqp.look import look
+from optimizer.sqp.manifold import Unknowns, move
+from optimizer.verification.scene import Scene
 from tests.support.cells import beam_pair
 
 STEP = 1e-5
@@ -65,7 +65,7 @@ def agreement(scene, points, order) -> tuple[int, float]:
 
 
 def test_slopes_of_joints_floor_and_couplings_are_those_of_the_values(case, monkeypatch):
-    monkeypatch.setattr("optimizer.coupled.sqp.joint_rows.NEAR", 50.0)  # the same rows here and beside
+    monkeypatch.setattr("optimizer.sqp.joint_rows.NEAR", 50.0)  # the same rows here and beside
     scene, points = case
     count, share = agreement(replace(scene, model=None), points, lambda values: np.arange(len(values)))
     assert count > 1000
@@ -73,9 +73,9 @@ def test_slopes_of_joints_floor_and_couplings_are_those_of_the_values(case, monk
 
 
 def test_slopes_of_distances_are_those_of_the_values(case, monkeypatch):
-    monkeypatch.setattr("optimizer.coupled.sqp.cell_rows.NEAR", 50.0)
-    monkeypatch.setattr("optimizer.coupled.sqp.cell_rows.MOST_ROWS", 10_000)
-    monkeypatch.setattr("optimizer.coupled.sqp.look.add_joint_rows", lambda *given: None)
+    monkeypatch.setattr("optimizer.sqp.cell_rows.NEAR", 50.0)
+    monkeypatch.setattr("optimizer.sqp.cell_rows.MOST_ROWS", 10_000)
+    monkeypatch.setattr("optimizer.sqp.look.add_joint_rows", lambda *given: None)
     scene, points = case
     count, share = agreement(scene, points, lambda values: np.argsort(values, kind="stable"))
     assert count > 5000

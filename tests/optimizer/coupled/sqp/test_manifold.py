@@ -8,10 +8,10 @@ import pytest
 from models.cell.cell import Cell
 from models.cell.task import Task
 from models.kinematics.kinematics import flange_poses
-from optimizer.coupled.sqp.manifold import Unknowns, directions, move
-from optimizer.coupled.sqp.quadratic import quadratic
-from optimizer.measure import objective_of
-from optimizer.program import ArmPoint
+from optimizer.nlp.measure import objective_of
+from optimizer.nlp.program import ArmPoint
+from optimizer.sqp.manifold import Unknowns, directions, move
+from optimizer.sqp.quadratic import quadratic
 from tests.support.arms import make_arm
 from tests.support.tasks import possible
 

@@ -3,7 +3,7 @@ import pytest
 
 from models.kinematics.kinematics import flange_poses
 from models.robot.posture import ALL_SIGNS
-from optimizer.coupled.sqp.on_task import REACHED, brought_onto
+from optimizer.sqp.on_task import REACHED, brought_onto
 from tests.support.arms import make_arm
 
 

@@ -7,8 +7,8 @@ import pytest
 
 from models.base.pose import rotation_x, rotation_z, transform
 from models.kinematics.kinematics import flange_poses
-from optimizer.coupled.sqp.sensitivity import joints_by_base
-from optimizer.path_samples import follow
+from optimizer.clearance.path_samples import follow
+from optimizer.sqp.sensitivity import joints_by_base
 from tests.support.arms import make_arm, random_joints
 
 STEP = 1e-5

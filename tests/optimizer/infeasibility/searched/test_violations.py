@@ -14,8 +14,8 @@ from models.cell.surroundings import Surroundings
 from optimizer.infeasibility.requirements import Kind
 from optimizer.infeasibility.searched.partial_path import PartialPath, extended
 from optimizer.infeasibility.searched.violations import violations
+from optimizer.nlp.program import ArmPoint
 from optimizer.optimize import optimize
-from optimizer.program import ArmPoint
 
 
 @pytest.mark.parametrize("seed", [0, 4, 5])

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from models.base.pose import rotation_about
-from optimizer.box import search_box
-from optimizer.local import solve_locally
+from optimizer.reduction.box import search_box
+from optimizer.single_arm.local import solve_locally
 from optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
 from optimizer.single_arm.redundant.ranking import figures
 from optimizer.single_arm.redundant.unreduced_problem import Seeds, unreduced_problem

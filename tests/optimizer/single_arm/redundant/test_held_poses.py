@@ -9,7 +9,7 @@ import pytest
 
 from models.cell.cell import Cell
 from models.cell.task import Task
-from optimizer.program import ArmPoint
+from optimizer.nlp.program import ArmPoint
 from optimizer.single_arm.redundant.held_poses import with_held_poses
 from tests.support.tasks import possible
 

@@ -8,7 +8,7 @@ import pytest
 from models.base.pose import rotation_z, transform
 from models.cell.family import Job, family
 from models.cell.task import Task, line
-from optimizer.box import search_box
+from optimizer.reduction.box import search_box
 from optimizer.single_arm.redundant.key_poses import key_poses, on_the_way, reduced_to, shares
 from optimizer.single_arm.redundant.unreduced_problem import unreduced_problem
 from tests.support.tasks import possible

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from bench.waypoints import way_task
-from optimizer.box import search_box
 from optimizer.optimize import optimize
+from optimizer.reduction.box import search_box
 from optimizer.settings import Settings
 from optimizer.single_arm.redundant.ranking import distinct, figures
 from optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, unreduced_problem

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from models.robot.arm import TURN
-from optimizer.box import search_box
+from optimizer.reduction.box import search_box
 from optimizer.single_arm.redundant.parameters import PARAMETERS
 from optimizer.single_arm.redundant.ranking import figures
 from optimizer.single_arm.redundant.recombination import LEAP_PRICE, _Layer, _shortest, distinct_bases, recombined

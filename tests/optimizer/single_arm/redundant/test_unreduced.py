@@ -13,18 +13,18 @@ from models.cell.cell import Cell
 from models.cell.task import Task
 from models.kinematics.chain import chain_of
 from models.robot.arm import Arm, BaseRegion, Interval
-from optimizer.box import search_box
-from optimizer.continuation import continue_paths
-from optimizer.layers import LayeredPath
-from optimizer.measure import objective_of
-from optimizer.search import search_arm
+from optimizer.nlp.measure import objective_of
+from optimizer.reduction.box import search_box
+from optimizer.reduction.layers import LayeredPath
 from optimizer.settings import Settings
+from optimizer.single_arm.continuation import continue_paths
 from optimizer.single_arm.redundant.parameters import PARAMETERS
 from optimizer.single_arm.redundant.ranking import figures
 from optimizer.single_arm.redundant.unreduced import _one_of_a_kind
 from optimizer.single_arm.redundant.unreduced_problem import Seeds, unreduced_problem
 from optimizer.single_arm.redundant.varied_paths import varied_paths
-from optimizer.verify import check
+from optimizer.single_arm.search import search_arm
+from optimizer.verification.verify import check
 from tests.support.answers import reached
 from tests.support.families import possible_family
 from tests.support.tasks import possible

@@ -7,9 +7,9 @@ from models.kinematics.branches import solve_signed
 from optimizer.certificate.bounds.angles.expansion import enclose, expand
 from optimizer.certificate.bounds.angles.joints import Kinematics
 from optimizer.certificate.bounds.angles.targets import Targets
-from optimizer.certificate.bounds.angles.twist import twist_of
 from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.reduced import seen_from
+from optimizer.certificate.bounds.twist import twist_of
+from optimizer.reduction.reduced import seen_from
 from tests.support.boxes import PARALLEL, SPECIAL, SPHERICAL, members, random_problem
 
 TURN = 2.0 * np.pi

@@ -1,0 +1,1 @@
+"""Distances along a whole path, between the poses too."""

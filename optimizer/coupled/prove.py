@@ -1,0 +1,185 @@
+"""The certificate of a cell: a proof per arm, joined; and what the proofs teach the search."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from models.cell.cell import Cell
+from models.kinematics.nominal import Nominal
+from optimizer.certificate.certify import certify
+from optimizer.certificate.together import prove_together
+from optimizer.coupled.found import CoupledSearch
+from optimizer.nlp.measure import objective_of
+from optimizer.nlp.program import ArmPoint
+from optimizer.reasons.reasons import explain_proof
+from optimizer.results.layout import ArmCertificate, Certificate
+from optimizer.results.proof import ArmProof, relative_gap
+from optimizer.settings import CertificateSettings
+from optimizer.single_arm.arm_search import ArmSearch
+from optimizer.single_arm.as_drawn import problem_of_drawing, starts_from, what_is_bounded, what_is_covered
+from optimizer.single_arm.local import solve_locally
+from optimizer.single_arm.passable import best_passable
+from optimizer.single_arm.refinement import path_from
+from optimizer.verification.verify import check
+
+log = logging.getLogger(__name__)
+
+PATIENCE = 60.0
+"""s for taking over what a proof found, which takes well below one: out of the way on a busy machine."""
+
+
+def prove(
+    cell: Cell,
+    searches: list[ArmSearch],
+    coupled: CoupledSearch,
+    settings: CertificateSettings,
+    report: Callable[[str, float], None],
+) -> Certificate:
+    """Bound the objective from below over all that the request allows.
+
+    A cell that anything couples is proved as a whole, if all its arms have a reduction; else arm by arm. Where a proof
+    meets something better than the search did, the search is corrected in place and the miss is logged.
+
+    Args:
+        cell: the cell. searches: of its arms, in order.
+        coupled: search of a coupled cell, empty where there was none.
+        settings: gap to reach; time limit and boxes are shared by the arms.
+        report: told what is being done and the share of it that is done.
+    """
+    problems = [search.problem for search in searches if search.problem is not None]
+    if cell.coupled and len(problems) == len(searches) and not any(search.proved for search in searches):
+        certificate, proof = prove_together(cell, problems, coupled.found, settings, report)
+        coupled.found[:] = proof.known
+        return certificate
+    began = time.perf_counter()
+    arms: list[ArmCertificate] = []
+    for index, search in enumerate(searches):
+        report(f"proving {search.arm.name}", index / len(searches))
+        used = sum(arm.boxes for arm in arms)
+        share = _share(settings, time.perf_counter() - began, used, len(searches) - index)
+        arms.append(_prove_arm(cell, search, share))
+    bounds = [arm.lower_bound for arm in arms]
+    total = sum(bound for bound in bounds if bound is not None) if None not in bounds else None
+    objective = sum(search.objective for search in searches)
+    gap = None if total is None or not np.isfinite(objective) else relative_gap(objective, total)
+    impossible = any(search.proved and search.best is None for search in searches)
+    return Certificate(
+        lower_bound=total,
+        gap=gap,
+        proved=impossible or (gap is not None and gap <= settings.gap),
+        boxes=sum(arm.boxes for arm in arms),
+        wall_time=time.perf_counter() - began,
+        arms=tuple(arms),
+        wanted=settings.gap,
+        infeasible=impossible,
+        ended=all(arm.ended for arm in arms),
+    )
+
+
+def _share(settings: CertificateSettings, seconds: float, boxes: int, arms: int) -> CertificateSettings:
+    """What one of the arms that are left may take of what is left after some seconds and boxes."""
+    left = None if settings.boxes is None else max(settings.boxes - boxes, 0) // arms
+    return CertificateSettings(settings.gap, max(settings.time_limit - seconds, 0.0) / arms, left)
+
+
+def against(certificate: Certificate, objective: float | None) -> Certificate:
+    """A certificate with its gap measured against another answer: its objective, or None without a usable layout."""
+    if objective is None:
+        return replace(certificate, gap=None, proved=certificate.infeasible)
+    if certificate.infeasible:
+        log.error("a layout of objective %.9g was found in a cell that was proved infeasible", objective)
+        certificate = replace(certificate, infeasible=False, reasons=())
+    bound = certificate.lower_bound
+    gap = None if bound is None else relative_gap(objective, bound)
+    return replace(certificate, gap=gap, proved=gap is not None and gap <= certificate.wanted)
+
+
+def _prove_arm(cell: Cell, search: ArmSearch, settings: CertificateSettings) -> ArmCertificate:
+    arm = search.arm
+    if search.proved:
+        return ArmCertificate(arm.name, None, None, True, 0, 0.0, "proved infeasible: out of reach")
+    if search.drawing is not None and search.meant is not None:
+        return _prove_drawing(cell, search, search.meant, settings)
+    if search.problem is None:
+        return ArmCertificate(arm.name, None, None, False, 0, 0.0, _no_proof(search))
+    known = search.objective if search.best is not None else None
+    tree = search.tree if search.tree is not None and search.tree.settings.gap <= settings.gap else None
+    proof = certify(search.problem, known, settings, tree=tree)
+    if proof.infeasible:
+        search.proved = True
+        search.reasons = explain_proof(cell, search.arm, proof.obstacles) + search.reasons
+    elif proof.found is not None:
+        found = proof.found
+        _take_over(cell, search, path_from(search.problem, found.position, found.signs), found.objective)
+    return _certificate(search, proof, settings)
+
+
+def _prove_drawing(cell: Cell, search: ArmSearch, meant: Nominal, settings: CertificateSettings) -> ArmCertificate:
+    """A proof on what an arm was drawn as, with room for all that the arm may be off it: it holds for the arm."""
+    arm = search.arm
+    problem = problem_of_drawing(cell, arm, meant)
+    if problem is None:
+        return ArmCertificate(arm.name, None, None, False, 0, 0.0, _no_proof(search))
+    proof = certify(problem, search.objective if search.best is not None else None, settings)
+    if proof.infeasible:
+        search.proved = True
+        search.reasons = explain_proof(cell, problem.arm, proof.obstacles) + search.reasons
+    elif proof.found is not None:
+        drawn = [(proof.found.objective, path_from(problem, proof.found.position, proof.found.signs))]
+        for start in starts_from(cell, arm, meant, drawn, time.perf_counter() + PATIENCE):
+            _take_over(cell, search, start, objective_of(cell.task, arm, start.joints))
+    found = _certificate(search, proof, settings)
+    return replace(found, note=f"{found.note or what_is_bounded()}; {what_is_covered(meant)}")
+
+
+def _certificate(search: ArmSearch, proof: ArmProof, settings: CertificateSettings) -> ArmCertificate:
+    """The proof with its gap measured against the answer that will be given."""
+    bound = None if proof.lower_bound is None else float(proof.lower_bound)
+    gap = None if bound is None or search.best is None else relative_gap(search.objective, bound)
+    proved = proof.infeasible or (gap is not None and gap <= settings.gap)
+    ended = proof.proved or proof.wall_time < settings.time_limit
+    note = proof.note
+    if proof.infeasible:
+        note = "proved infeasible: no base in the region can do the task in one posture"
+    return ArmCertificate(search.arm.name, bound, gap, proved, proof.boxes, proof.wall_time, note, ended)
+
+
+def _no_proof(search: ArmSearch) -> str:
+    """Why there is no proof for an arm, and what the search has to show instead."""
+    hits = ", ".join(f"{value:.6g} ({count} times)" for value, count in search.basins[:5])
+    evidence = f"{search.starts} local solves ended in {len(search.basins)} optima: {hits}" if hits else "no optimum"
+    return (
+        "no proof is offered for this arm: it needs a first axis along the yaw and a closed form; "
+        f"evidence of the search: {evidence}"
+    )
+
+
+def _take_over(cell: Cell, search: ArmSearch, start: ArmPoint, objective: float) -> None:
+    """Continue from a path of some objective that the proof met, if the search has missed its basin."""
+    result = solve_locally(cell, search.arm, start, time.perf_counter() + PATIENCE)
+    search.starts += 1
+    better = [
+        (value, point)
+        for value, point in ((result.objective, result.points[0]), (objective, start))
+        if np.isfinite(value) and value < search.objective and check(cell, search.arm, point).usable
+    ]
+    best = best_passable(
+        cell, search.arm, sorted(better, key=lambda pair: pair[0]), search.objective, time.perf_counter() + PATIENCE
+    )
+    if best is None:
+        return
+    value, point = best
+    if value < search.objective * (1.0 - 1e-6):
+        log.warning(
+            "the search missed the best basin of arm %r: %.9g, the proof found %.9g",
+            search.arm.name,
+            search.objective,
+            value,
+        )
+    search.objective, search.best, search.reasons = value, point, ()
+    search.basins.insert(0, (value, 1))

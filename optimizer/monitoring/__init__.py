@@ -1,0 +1,1 @@
+"""Following a solve from outside, and stopping it."""

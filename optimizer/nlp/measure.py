@@ -1,0 +1,92 @@
+"""From a point of the program to a placement: what a user reads about one arm."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from models.base.arrays import Floats
+from models.catalogue.links import provenance
+from models.cell.cell import Cell
+from models.cell.task import Task
+from models.kinematics.branches import path_signs, posture_terms
+from models.kinematics.closed_form import ClosedForm
+from models.kinematics.kinematics import characteristic_length, conditioning
+from models.kinematics.nominal import posture_form, singular_fifth
+from models.kinematics.wrist_singularity import wrist_distance
+from models.robot.arm import Arm
+from models.robot.posture import name_signs
+from optimizer.nlp.program import ArmPoint
+from optimizer.results.layout import JobShare, Placement
+
+
+def joint_margins(arm: Arm, joints: Floats) -> Floats:
+    """(n,) rad, smallest distance of each joint (m, n) to its limits; infinite for joints without limits."""
+    margins: Floats = np.minimum(np.min(joints, axis=0) - arm.lower, arm.upper - np.max(joints, axis=0))
+    return margins
+
+
+def linear_margins(arm: Arm, joints: Floats) -> tuple[tuple[str, float], ...]:
+    """Of every linear limit its name, and rad, the smallest distance of its sum to either end along a path (m, n)."""
+    margins = -np.max(arm.limit_excess(joints)[:, arm.dof :], axis=0)
+    return tuple(zip(arm.bounded_names[arm.dof :], map(float, margins), strict=True))
+
+
+def largest_step(task: Task, joints: Floats) -> float:
+    """rad, largest change of any joint (m, n) between consecutive poses of a job."""
+    return float(np.max(np.abs(np.diff(joints, axis=0)[task.joined]), initial=0.0))
+
+
+def objective_of(task: Task, arm: Arm, joints: Floats) -> float:
+    """E (8.21) of one arm from joint values (m, n) rad."""
+    return float(np.sum(task.weights[:, None] * (arm.weights * (joints - arm.reference) ** 2)))
+
+
+def jobs_of(cell: Cell, placements: Sequence[Placement]) -> tuple[JobShare, ...]:
+    """What each job of the task contributes; without objective where an arm has no placement."""
+    arms = {arm.name: arm for arm in cell.arms}
+    complete = len(placements) == len(arms)
+    shares = []
+    for index, job in enumerate(cell.task.jobs):
+        task = cell.task.alone(index)
+        costs = [objective_of(task, arms[found.arm], found.joints[job]) for found in placements]
+        weight = float(np.max(task.weights))
+        shares.append(JobShare(task.names[0], job.start, len(task), weight, sum(costs) if complete else None))
+    return tuple(shares)
+
+
+def placed(cell: Cell, arm: Arm, point: ArmPoint) -> Placement:
+    """All figures of one arm of a cell at a point."""
+    form = posture_form(arm.robot)
+    length = characteristic_length(arm.robot)
+    margins = joint_margins(arm, point.joints)
+    return Placement(
+        arm=arm.name,
+        position=point.position,
+        yaw=arm.base.yaw_in_interval(point.yaw),
+        joints=point.joints,
+        posture=None if form is None else name_signs(point.signs or path_signs(form, point.joints)),
+        objective=objective_of(cell.task, arm, point.joints),
+        joint_margins=margins,
+        minimum_margin=float(np.min(margins)),
+        minimum_conditioning=float(np.min(conditioning(arm.robot, arm.tool, point.joints, length))),
+        characteristic_length=length,
+        singularity_distances={} if form is None else _singularity_distances(arm, form, point.joints),
+        mount=arm.mount,
+        avoids_singularities=arm.avoid_singularities,
+        linear_margins=linear_margins(arm, point.joints),
+        mounting_face=None if arm.robot.mounting_face is None else arm.robot.mounting_face.pose,
+        geometry=provenance(cell.surroundings.links(arm)),
+    )
+
+
+def _singularity_distances(arm: Arm, form: ClosedForm, joints: Floats) -> dict[str, float]:
+    """Smallest distance to each singular set: shoulder [m], elbow and wrist [rad] (0 = singular, π/2 = farthest)."""
+    front, elbow, _ = posture_terms(form, joints.T, np.sin, np.cos)
+    singular = singular_fifth(arm.robot)
+    return {
+        "shoulder": float(np.min(np.abs(front))),
+        "elbow": float(np.min(np.arcsin(np.minimum(np.abs(elbow), 1.0)))),
+        "wrist": float(np.min(wrist_distance(form.wrist_zero if singular is None else singular, joints[:, 4]))),
+    }

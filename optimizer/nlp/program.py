@@ -1,0 +1,254 @@
+"""The nonlinear program of a cell: base placements and all joints of all poses at once (mathematics.md section 1).
+
+`build_program` is pure: it states the problem and solves nothing. The symbolic part depends on the robots, the number
+of poses and the kinds of rows alone, so it is compiled once and shared; a `Program` adds the numbers of one request.
+
+Unknowns, arm after arm: base (x, y, z, yaw), then the joints pose by pose.
+Rows, arm after arm: pose rows of every pose (`pose_rows`), then, where asked for, joint steps and conditioning cuts,
+and last the linear limits of arms that have such.
+Steps from one job of a family to the next have rows without bounds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from models.base.arrays import Floats
+from models.cell.cell import Cell
+from models.cell.singular_margins import SPARE, Margins, margins_along, margins_at_poses
+from models.kinematics.branches import path_signs
+from models.kinematics.closed_form import closed_form
+from models.kinematics.nominal import posture_form, singular_fifth
+from models.robot.arm import Arm
+from optimizer.nlp.pose_rows import BASE, target_numbers
+from optimizer.nlp.structure import LinearRows, Structure, structure_of
+
+POSE_ROWS = ("x", "y", "z", "rotation about x", "rotation about y", "rotation about z")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ArmPoint:
+    """One arm's part of a point of the program: a start or a solution.
+
+    Attributes:
+        position: (3,) m, base origin. yaw: rad. joints: (m, n) rad.
+        signs: posture (shoulder, elbow, wrist) to be kept, or None for arms without postures.
+    """
+
+    position: Floats
+    yaw: float
+    joints: Floats
+    signs: tuple[int, int, int] | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Cuts:
+    """Linear rows ``gradient · q_j >= bound``, one per pose, that keep an arm away from singularities.
+
+    Attributes:
+        gradients: (m, n). bounds: (m,); -inf where no cut is needed.
+    """
+
+    gradients: Floats
+    bounds: Floats
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Program:
+    """One nonlinear program, ready to be solved from a start.
+
+    Attributes:
+        arms: the arms in it.
+        structure: compiled symbols: unknowns, rows and derivatives.
+        parameters: (p,) per arm: targets, weights of the joints, reference, weights of the poses, cuts.
+        lower: (N,) bounds of the unknowns. upper: (N,).
+        rows_lower: (M,) bounds of the rows. rows_upper: (M,).
+        max_joint_step: rad.
+        scale: what the weights are divided by inside the program, so that tolerances mean the same for all weights.
+    """
+
+    arms: tuple[Arm, ...]
+    structure: Structure
+    parameters: Floats
+    lower: Floats
+    upper: Floats
+    rows_lower: Floats
+    rows_upper: Floats
+    max_joint_step: float
+    scale: float
+
+    def labels(self) -> Iterator[str]:
+        """One sentence per row, in order; made on demand, a long task has many thousand."""
+        for arm in self.arms:
+            for pose in range(self.structure.poses):
+                yield from (f"{arm.name} / flange {name}, pose {pose}" for name in POSE_ROWS)
+                if self.structure.keep_shoulder:
+                    yield f"{arm.name} / shoulder side, pose {pose}"
+            if self.structure.steps:
+                for pose in range(1, self.structure.poses):
+                    yield from (f"{arm.name} / {joint} step to pose {pose}" for joint in arm.robot.joint_names)
+            if self.structure.cuts:
+                yield from (f"{arm.name} / conditioning, pose {pose}" for pose in range(self.structure.poses))
+            names = arm.bounded_names[arm.dof :]
+            yield from (f"{arm.name} / {name}, pose {pose}" for pose in range(self.structure.poses) for name in names)
+
+    def pack(self, points: Sequence[ArmPoint]) -> Floats:
+        """(N,) vector of unknowns from one point per arm."""
+        return np.concatenate([np.concatenate([p.position, [p.yaw], p.joints.ravel()]) for p in points])
+
+    def unpack(self, unknowns: Floats, points: Sequence[ArmPoint]) -> list[ArmPoint]:
+        """Points per arm of a vector of unknowns; postures are those of ``points``."""
+        result, at = [], 0
+        for arm, point in zip(self.arms, points, strict=True):
+            size = self.structure.poses * arm.dof
+            base, joints = unknowns[at : at + BASE], unknowns[at + BASE : at + BASE + size]
+            result.append(ArmPoint(base[:3], float(base[3]), joints.reshape(-1, arm.dof), point.signs))
+            at += BASE + size
+        return result
+
+
+def build_program(
+    cell: Cell,
+    arms: Sequence[Arm],
+    points: Sequence[ArmPoint],
+    *,
+    keep_shoulder: bool = False,
+    steps: bool = False,
+    clear: bool = False,
+    cuts: Sequence[Cuts] | None = None,
+) -> Program:
+    """State the program for some arms of a cell.
+
+    Args:
+        cell: task and step limit.
+        arms: the arms to be placed together (arms that nothing couples may be solved one by one).
+        points: one per arm; gives the posture to be kept and the turns of elbow and wrist it lies in.
+        keep_shoulder: add the row that keeps the shoulder's side (a bound cannot express it).
+        steps: add the rows of the joint steps.
+        clear: keep shoulder, elbow and wrist as far from their singularities as ways between the poses need it.
+        cuts: one set of conditioning cuts per arm.
+
+    Returns:
+        The program.
+    """
+    poses = len(cell.task)
+    mounts = tuple(tuple(float(x) for x in arm.mount.ravel()) for arm in arms)
+    robots, linear = tuple(arm.robot for arm in arms), tuple(_linear_rows(arm) for arm in arms)
+    structure = structure_of(robots, mounts, poses, keep_shoulder, steps, cuts is not None, linear)
+    scale = float(np.mean([arm.weight_scale for arm in arms])) * cell.task.weight_scale
+    parts = [_arm_numbers(cell, arm, point, structure, scale, clear) for arm, point in zip(arms, points, strict=True)]
+    numbers = [part.parameters for part in parts]
+    rows_lower, rows_upper = [], []
+    for index, part in enumerate(parts):
+        rows_lower.append(part.rows_lower)
+        rows_upper.append(part.rows_upper)
+        if steps:
+            most = np.repeat(np.where(cell.task.joined, cell.max_joint_step, np.inf), arms[index].dof)
+            rows_lower.append(-most)
+            rows_upper.append(most)
+        if cuts is not None:
+            numbers[index] = np.concatenate([numbers[index], cuts[index].gradients.ravel()])
+            rows_lower.append(cuts[index].bounds)
+            rows_upper.append(np.full(poses, np.inf))
+        rows_lower.append(np.tile(arms[index].bounded_lower[arms[index].dof :], poses))
+        rows_upper.append(np.tile(arms[index].bounded_upper[arms[index].dof :], poses))
+    return Program(
+        arms=tuple(arms),
+        structure=structure,
+        parameters=np.concatenate(numbers),
+        lower=np.concatenate([part.lower for part in parts]),
+        upper=np.concatenate([part.upper for part in parts]),
+        rows_lower=np.concatenate(rows_lower),
+        rows_upper=np.concatenate(rows_upper),
+        max_joint_step=cell.max_joint_step,
+        scale=scale,
+    )
+
+
+def _linear_rows(arm: Arm) -> LinearRows:
+    """Coefficients of an arm's linear limits."""
+    return () if arm.linear_limits is None else tuple(map(tuple, arm.linear_limits.matrix.tolist()))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _ArmNumbers:
+    parameters: Floats
+    lower: Floats
+    upper: Floats
+    rows_lower: Floats
+    rows_upper: Floats
+
+
+def _arm_numbers(cell: Cell, arm: Arm, point: ArmPoint, structure: Structure, scale: float, clear: bool) -> _ArmNumbers:
+    """Parameters, bounds and row bounds of one arm."""
+    poses = structure.poses
+    jobs = cell.task.jobs
+    margins = margins_along(arm, SPARE) if clear else margins_at_poses(arm)
+    sides = [joint_bounds(arm, replace(point, joints=point.joints[job]), margins) for job in jobs]
+    lengths = [job.stop - job.start for job in jobs]
+    low, high = (np.repeat([side[end] for side in sides], lengths, axis=0).ravel() for end in (0, 1))
+    base = arm.base.bounds.copy()
+    if arm.base.yaw_free:
+        base[3] = -np.inf, np.inf  # the reported yaw is brought back into the interval afterwards
+    rows_low, rows_high = np.zeros((poses, structure.pose_rows)), np.zeros((poses, structure.pose_rows))
+    if structure.keep_shoulder and point.signs is not None:
+        rows_low[:, 6] = margins.shoulder if point.signs[0] > 0 else -np.inf
+        rows_high[:, 6] = np.inf if point.signs[0] > 0 else -margins.shoulder
+    return _ArmNumbers(
+        parameters=np.concatenate(
+            [target_numbers(cell.flange_targets(arm)).T.ravel(), arm.weights / scale, arm.reference, cell.task.weights]
+        ),
+        lower=np.concatenate([base[:, 0], low]),
+        upper=np.concatenate([base[:, 1], high]),
+        rows_lower=rows_low.ravel(),
+        rows_upper=rows_high.ravel(),
+    )
+
+
+def joint_bounds(arm: Arm, point: ArmPoint, margins: Margins | None = None) -> tuple[Floats, Floats]:
+    """Limits in force, narrowed so that elbow and wrist keep their side; both (n,) rad.
+
+    A side of the elbow is half a turn of joint 3, a side of the wrist half a turn of joint 5, less the ``margins`` to
+    their singularities at either end (default: those of poses); which half turn is the one the start lies in. ``point``
+    is a path of one job: others may be on other turns.
+    """
+    low, high = arm.lower.copy(), arm.upper.copy()
+    form, singular = posture_form(arm.robot), singular_fifth(arm.robot)
+    signs = point.signs
+    if signs is None and form is not None and closed_form(arm.robot) is None:
+        signs = path_signs(form, point.joints)  # those of the drawing
+    if form is None or singular is None or signs is None:
+        return low, high
+    shoulder, elbow, wrist = signs
+    bend = -shoulder * elbow  # sign of the turn from upper arm to forearm
+    turn = form.turns[2] * bend
+    straight = -form.turns[2] * form.planar.elbow_angle
+    margins = margins or margins_at_poses(arm)
+    sides = (2, straight, turn, margins.elbow), (4, singular, float(wrist), margins.wrist)
+    for joint, zero, side, inside in sides:
+        mean = float(np.mean(point.joints[:, joint]))
+        start = zero + (np.pi * (side - 1.0) / 2.0)
+        start += 2.0 * np.pi * np.round((mean - (start + np.pi / 2.0)) / (2.0 * np.pi))
+        low[joint], high[joint] = max(low[joint], start + inside), min(high[joint], start + np.pi - inside)
+    return low, high
+
+
+def describe(program: Program) -> str:
+    """A few lines for a person who inspects a program."""
+    structure = program.structure
+    kinds = ", ".join(
+        word
+        for word, there in (
+            ("shoulder rows", structure.keep_shoulder),
+            ("step rows", structure.steps),
+            ("conditioning cuts", structure.cuts),
+        )
+        if there
+    )
+    arms = "; ".join(f"{arm.name}: {arm.robot.name}" for arm in program.arms)
+    return f"{len(program.lower)} unknowns, {len(program.rows_lower)} rows, {structure.poses} poses ({arms})" + (
+        f"; with {kinds}" if kinds else ""
+    )

@@ -1,0 +1,180 @@
+"""Branch choice along the path for arms without a posture index: a shortest path through the layers of branches.
+
+Every pose has a layer of inverse-kinematics branches (for a redundant arm: of sampled ones). A path takes one branch
+per pose; consecutive ones must be within the allowed joint step. The cheapest path is found by dynamic programming
+over the layers, and then unwrapped, lifted and given its best yaw like any other (`optimizer.reduction.paths`). The
+jobs of a family get a shortest path each, in one posture where the arm has postures.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.base.arrays import Floats
+from models.base.pose import inverse
+from models.cell.cell import Cell
+from models.kinematics.branches import posture_of
+from models.kinematics.chain import chain_of
+from models.kinematics.closed_form import closed_form
+from models.kinematics.inverse import branches
+from models.kinematics.nominal import posture_form
+from models.kinematics.wrist_singularity import wrist_shortfall
+from models.robot.arm import SINGULAR_WRIST, TURN, Arm
+from models.robot.posture import ALL_SIGNS
+from optimizer.nlp.measure import objective_of
+from optimizer.reduction.linear_sums import first_joint_limits, keep_sums, sum_excess
+from optimizer.reduction.paths import choose_yaw, lift, unwrap
+
+BEYOND = 100.0
+"""Cost of a radian outside the limits in the choice of branches: such a path may still be repaired."""
+EXCLUDED = 1e3
+"""Violation of a path whose posture the request does not admit."""
+LEAP = 1e4
+"""Cost of a step that is too long, per radian beyond the allowed one."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LayeredPath:
+    """A continuous path of an arm standing at one place.
+
+    Attributes:
+        position: (3,) m. yaw: rad. joints: (m, n) rad.
+        objective: E of the arm. violation: rad beyond limits and steps; infinite if some pose has no branch.
+        unreached: indices of poses without any branch.
+        signs: its posture, for arms that have one.
+    """
+
+    position: Floats
+    yaw: float
+    joints: Floats
+    objective: float
+    violation: float
+    unreached: tuple[int, ...] = ()
+    signs: tuple[int, int, int] | None = None
+
+
+def layers_at(cell: Cell, arm: Arm, position: Floats, yaw: float, poses: Floats | None = None) -> list[Floats]:
+    """Branches (K_j, n) of the poses (all, or the given indices) with the base at one place."""
+    targets = cell.flange_targets(arm)
+    chosen = targets if poses is None else targets[poses.astype(int)]
+    found = branches(arm.robot, inverse(arm.base_in_world(position, yaw)) @ chosen)
+    form = posture_form(arm.robot)
+    if form is None or arm.posture.free:
+        return list(found)
+    return [
+        np.array([q for q in layer if arm.posture.admits(posture_of(form, q))]).reshape(-1, arm.dof) for layer in found
+    ]
+
+
+def node_costs(arm: Arm, layer: Floats, skip_first: bool, weight: float = 1.0) -> Floats:
+    """(K,) cheapest cost of each branch by itself, every joint in its best turn.
+
+    Args:
+        arm: limits, reference and weights.
+        layer: (K, n) rad modulo 2π.
+        skip_first: leave joint 1 out, because the base yaw will set it.
+        weight: of the pose.
+    """
+    values = layer + TURN * np.round((arm.reference - layer) / TURN)
+    low = np.where(np.isfinite(arm.lower), arm.lower, -np.inf)
+    high = np.where(np.isfinite(arm.upper), arm.upper, np.inf)
+    values = np.where(values < low, values + TURN * np.ceil(np.maximum(low - values, 0.0) / TURN), values)
+    values = np.where(values > high, values - TURN * np.ceil(np.maximum(values - high, 0.0) / TURN), values)
+    outside = np.maximum(low - values, 0.0) + np.maximum(values - high, 0.0)
+    cost = weight * arm.weights * (values - arm.reference) ** 2 + BEYOND * outside
+    total: Floats = np.sum(cost[:, 1:] if skip_first else cost, axis=1)
+    if arm.linear_limits is not None:
+        sums = arm.linear_limits.violation(values)
+        total += BEYOND * np.sum(sums if not skip_first else sums * (arm.linear_limits.matrix[:, 0] == 0.0), axis=1)
+    return total + BEYOND / SINGULAR_WRIST * wrist_shortfall(arm, layer.T[..., None])
+
+
+def best_path(cell: Cell, arm: Arm, position: Floats, yaw: float) -> LayeredPath:
+    """The cheapest continuous path with the base at ``position`` (3,) [m].
+
+    Args:
+        cell: task and step limit.
+        arm: the arm.
+        position: base origin in the world.
+        yaw: rad; where a yaw only shifts joint 1 it is replaced by the best one.
+    """
+    sigma = chain_of(arm.robot).vertical_sign
+    layers = layers_at(cell, arm, position, 0.0 if sigma else yaw)
+    unreached = tuple(j for j, layer in enumerate(layers) if not len(layer))
+    if unreached:
+        return LayeredPath(position, yaw, np.empty((0, arm.dof)), np.inf, np.inf, unreached)
+    weights = cell.task.weights / cell.task.weight_scale
+    costs = [node_costs(arm, layer, bool(sigma), float(w)) for layer, w in zip(layers, weights, strict=True)]
+    joints = _cheapest(cell, arm, layers, costs).T.copy()
+    return finish_path(cell, arm, position, 0.0 if sigma else yaw, joints)
+
+
+def finish_path(cell: Cell, arm: Arm, position: Floats, yaw: float, joints: Floats) -> LayeredPath:
+    """Unwrap joint values (n, m) found with the base at ``position`` and ``yaw``, lift them and choose the best yaw."""
+    sigma = chain_of(arm.robot).vertical_sign
+    task = cell.task
+    jobs = task.weights, task.starts
+    joints, step = unwrap(joints, task.starts)
+    violation = max(float(np.max(step)) - cell.max_joint_step, 0.0)
+    for i in range(1 if sigma else 0, arm.dof):
+        violation += float(lift(joints[i], arm.lower[i], arm.upper[i], arm.reference[i], *jobs))
+    keep_sums(arm, joints, task.starts, free_yaw=bool(sigma))
+    if sigma:
+        joints[0] += sigma * yaw  # as if the yaw were zero
+        best, out = choose_yaw(joints[0], *first_joint_limits(arm, joints), arm.reference[0], arm.base, sigma, *jobs)
+        yaw, violation = float(best), violation + float(out)
+    path = joints.T
+    violation += float(wrist_shortfall(arm, joints)) + float(sum_excess(arm, joints))
+    objective = objective_of(task, arm, path)
+    form = posture_form(arm.robot)
+    postures = [] if form is None else [posture_of(form, path[(job.start + job.stop) // 2]) for job in task.jobs]
+    signs = postures[0] if postures else None
+    if signs is not None and not (arm.posture.admits(signs) and len(set(postures)) == 1):
+        violation += EXCLUDED
+    signs = None if closed_form(arm.robot) is None else signs  # programs of arms not quite as drawn know of none
+    return LayeredPath(position, yaw, path, objective, violation, signs=signs)
+
+
+def _cheapest(cell: Cell, arm: Arm, layers: list[Floats], costs: list[Floats]) -> Floats:
+    """(m, n) the branches taken: a shortest path for each job, in one posture where there are several jobs."""
+    jobs, form = cell.task.jobs, posture_form(arm.robot)
+    ways = []
+    if form is not None and len(jobs) > 1:
+        signs = [[posture_of(form, q) for q in layer] for layer in layers]
+        for posture in ALL_SIGNS:
+            own = [[k for k, other in enumerate(layer) if other == posture] for layer in signs]
+            if all(own):
+                some = [layer[k] for layer, k in zip(layers, own, strict=True)]
+                ways.append(_jobs(jobs, some, [c[k] for c, k in zip(costs, own, strict=True)], cell.max_joint_step))
+    return min(ways or [_jobs(jobs, layers, costs, cell.max_joint_step)], key=lambda way: way[0])[1]
+
+
+def _jobs(jobs: tuple[slice, ...], layers: list[Floats], costs: list[Floats], max_step: float) -> tuple[float, Floats]:
+    """The cost of a shortest path for each job by itself, and the branches (m, n) taken."""
+    total, taken = 0.0, []
+    for job in jobs:
+        cost, chosen = _shortest(layers[job], costs[job], max_step)
+        total += cost
+        taken += [layer[k] for layer, k in zip(layers[job], chosen, strict=True)]
+    return total, np.array(taken)
+
+
+def _shortest(layers: list[Floats], costs: list[Floats], max_step: float) -> tuple[float, list[int]]:
+    """Cost of the shortest path, and the index of the branch it takes in each layer."""
+    total, back = costs[0], []
+    for before, after, cost in zip(layers, layers[1:], costs[1:], strict=False):
+        step = np.zeros((len(before), len(after)))
+        for i in range(before.shape[1]):
+            turn = np.subtract.outer(before[:, i], after[:, i])
+            turn -= TURN * np.round(turn / TURN)
+            np.maximum(step, np.abs(turn), out=step)
+        ways = total[:, None] + LEAP * np.maximum(step - max_step, 0.0) + 1e-6 * step
+        best = np.argmin(ways, axis=0)
+        back.append(best)
+        total = ways[best, np.arange(len(after))] + cost
+    path = [int(np.argmin(total))]
+    for best in reversed(back):
+        path.append(int(best[path[-1]]))
+    return float(np.min(total)), path[::-1]

@@ -1,0 +1,274 @@
+"""The reduced problem: one arm's cost as a function of its base position alone.
+
+Where joint 1 turns about the base's z axis, a base yaw only shifts joint 1. Then, for a position (x, y, z) and a
+posture, the inverse kinematics give the whole path, the best 2π lift of every joint is a rounding and the best yaw
+is a clipped mean. So an uncoupled arm is a search over at most three numbers, whatever the length of the task
+(mathematics.md section 3). Everything here is vectorised over positions and postures.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from models.base.arrays import Bools, Floats, Ints
+from models.cell.cell import Cell
+from models.cell.jobs import slices
+from models.kinematics.branches import Branches, solve_branches, solve_signed
+from models.kinematics.chain import chain_of
+from models.kinematics.closed_form import ClosedForm, closed_form
+from models.kinematics.difference import SAME, Difference
+from models.kinematics.kinematics import characteristic_length
+from models.kinematics.screws import conditioning_of
+from models.kinematics.wrist_singularity import wrist_shortfall
+from models.robot.arm import Arm
+from models.robot.posture import ALL_SIGNS
+from optimizer.reduction.linear_sums import first_joint_limits, keep_sums, sum_excess
+from optimizer.reduction.paths import choose_yaw, lift, unwrap
+from optimizer.reduction.pose_sample import sample_job
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ReducedProblem:
+    """Everything about one arm that does not depend on where it stands.
+
+    Attributes:
+        arm: the arm.
+        form: its closed form.
+        sigma: sense of joint 1 about the world's vertical.
+        rotations: (m, 3, 3) flange orientations in axes of the mount. positions: (m, 3) m, in the world.
+        max_step: rad, allowed joint step; infinite where the poses are not consecutive (a sample of a long task).
+        postures: (8,) True for branches the request admits.
+        penalty: cost per pose of a metre or radian of violation, in units of the mean weight, in scores: what is nearly
+            allowed may be repaired by the local solver, so it competes with what is allowed.
+        starts: index of the first pose of each job of a family.
+        weights: (m,) what the poses count for in the objective; None for 1.
+        gap_steps: (m - 1,) rad, of a sample: joint step to the next pose that the steps left out between them allow;
+            infinite where that says nothing, None if it never does.
+        apart: by how much the arm that is asked about may be off this one at the same joint values: what is proved
+            here has to hold for that arm.
+    """
+
+    arm: Arm
+    form: ClosedForm
+    sigma: int
+    rotations: Floats
+    positions: Floats
+    max_step: float
+    postures: Bools
+    penalty: float = 8.0
+    starts: tuple[int, ...] = (0,)
+    weights: Floats | None = None
+    gap_steps: Floats | None = None
+    apart: Difference = SAME
+
+    @property
+    def jobs(self) -> tuple[slice, ...]:
+        """The poses of each job."""
+        return slices(self.starts, len(self.positions))
+
+    @property
+    def total_weight(self) -> float:
+        """What all poses count for together; their number if that is 0."""
+        total = len(self.positions) if self.weights is None else float(np.sum(self.weights))
+        return total or len(self.positions)
+
+    def sampled(self, count: int) -> ReducedProblem:
+        """The same problem on about ``count`` poses, first and last included; itself if it has no more than that.
+
+        They stand for all poses and have their weight, see `optimizer.reduction.pose_sample`. Of a family, every job
+        gives a share of its poses.
+        """
+        m = len(self.positions)
+        if m <= count:
+            return self
+        weights = np.ones(m) if self.weights is None else self.weights
+        parts = [
+            sample_job(self.rotations[job], self.positions[job], weights[job], -(-count * (job.stop - job.start) // m))
+            for job in self.jobs
+        ]
+        counts = [len(chosen) for chosen, _ in parts]
+        if sum(counts) == m:
+            return self
+        keep = np.concatenate([job.start + chosen for job, (chosen, _) in zip(self.jobs, parts, strict=True)])
+        return replace(
+            self,
+            rotations=self.rotations[keep],
+            positions=self.positions[keep],
+            max_step=np.inf,
+            gap_steps=self._gap_steps(keep),
+            starts=tuple(int(start) for start in np.cumsum([0, *counts[:-1]])),
+            weights=np.concatenate([own for _, own in parts]),
+        )
+
+    def _gap_steps(self, keep: Ints) -> Floats | None:
+        """(k - 1,) rad, what the joint steps between kept poses (k,) are limited to; a step is at most half a turn."""
+        allowed = np.diff(keep) * self.max_step
+        same_job = np.diff(np.searchsorted(self.starts, keep, side="right")) == 0
+        allowed = np.where(same_job & (allowed < np.pi), allowed, np.inf)
+        return allowed if np.any(np.isfinite(allowed)) else None
+
+    def only(self, keep: Ints) -> ReducedProblem:
+        """The problem of some of the poses (their indices); steps between them are not limited.
+
+        They stand for all poses of their jobs, so that the jobs keep their shares of the objective.
+        """
+        job_of = np.searchsorted(self.starts, keep, side="right") - 1
+        firsts = np.flatnonzero(np.diff(job_of, prepend=-1))
+        problem = replace(
+            self,
+            rotations=self.rotations[keep],
+            positions=self.positions[keep],
+            max_step=np.inf,
+            gap_steps=None,
+            starts=tuple(int(first) for first in firsts),
+        )
+        if self.weights is None and len(firsts) == 1:
+            return problem
+        weights = np.ones(len(self.positions)) if self.weights is None else self.weights
+        totals = np.add.reduceat(weights, self.starts)[job_of[firsts]]
+        counts = np.diff(np.append(firsts, len(keep)))
+        return replace(problem, weights=np.repeat(totals / counts, counts))
+
+    def stricter(self, factor: float) -> ReducedProblem:
+        """The same problem with violations scored ``factor`` times as dear; infinite for feasibility alone."""
+        if np.isfinite(factor):
+            return replace(self, penalty=self.penalty * factor)
+        return replace(self, arm=replace(self.arm, weights=np.zeros(self.arm.dof)))
+
+    def score(self, objective: Floats, violation: Floats) -> Floats:
+        """Objective with what is violated made dear; any equal shapes."""
+        score: Floats = objective + self.penalty * self.arm.weight_scale * self.total_weight * violation
+        return score
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Paths:
+    """Best path per posture and position: the answer of the reduced problem.
+
+    Attributes:
+        joints: (6, 8, N, m) rad, unwrapped, lifted, joint 1 for the chosen yaw.
+        yaw: (8, N) rad, in the allowed interval.
+        objective: (8, N) E of the arm (8.21), also where the path is not allowed.
+        missing: (8, N) m, sum over the poses of what reach lacks.
+        beyond: (8, N) rad, sum over the joints, and the linear limits, of what the path sticks out of the limits.
+        jump: (8, N) rad, what the largest joint step exceeds the allowed one by.
+        singular: (8, N) rad, what the wrist lacks of its distance from its singularity.
+    """
+
+    joints: Floats
+    yaw: Floats
+    objective: Floats
+    missing: Floats
+    beyond: Floats
+    jump: Floats
+    singular: Floats
+
+    @property
+    def violation(self) -> Floats:
+        """(8, N) one number for how far from allowed a path is: metres and radians added; 0 means usable."""
+        return self.missing + self.beyond + self.jump + self.singular
+
+
+def reduced_problem(cell: Cell, arm: Arm, apart: Difference = SAME) -> ReducedProblem | None:
+    """The reduced problem of one arm, or None if the arm has no closed form or no vertical first axis.
+
+    Args:
+        cell: task. arm: the arm.
+        apart: see `ReducedProblem`.
+    """
+    form, sigma = closed_form(arm.robot), chain_of(arm.robot).vertical_sign
+    if form is None or sigma == 0:
+        return None
+    targets = cell.flange_targets(arm)
+    postures = np.array([arm.posture.admits(signs) for signs in ALL_SIGNS])
+    rotations = arm.mount.T @ targets[:, :3, :3]
+    return ReducedProblem(
+        arm,
+        form,
+        sigma,
+        rotations,
+        targets[:, :3, 3],
+        cell.max_joint_step,
+        postures,
+        starts=cell.task.starts,
+        weights=None if np.all(cell.task.weights == 1.0) else cell.task.weights,
+        apart=apart,
+    )
+
+
+def evaluate(problem: ReducedProblem, positions: Floats) -> Paths:
+    """Best path of every posture from every base position.
+
+    Args:
+        problem: the arm.
+        positions: (N, 3) m, base origins in the world.
+
+    Returns:
+        Paths; postures the request excludes have an infinite violation.
+    """
+    seen = seen_from(problem, positions)
+    paths = _paths(problem, solve_branches(problem.form, problem.rotations, seen))
+    paths.jump[~problem.postures] = np.inf
+    return paths
+
+
+def evaluate_signed(problem: ReducedProblem, positions: Floats, signs: Ints) -> Paths:
+    """As `evaluate` for one given posture per position: ``signs`` (N, 3); arrays have 1 in place of 8."""
+    seen = seen_from(problem, positions)
+    return _paths(problem, solve_signed(problem.form, problem.rotations, seen, signs))
+
+
+def evaluate_fully(problem: ReducedProblem, positions: Floats, signs: Ints) -> Paths:
+    """As `evaluate_signed`; what is lacking of the conditioning asked for is part of ``jump``."""
+    paths = evaluate_signed(problem, positions, signs)
+    if problem.arm.min_conditioning is not None:
+        paths.jump[0] += conditioning_shortfall(problem, paths.joints[:, 0])
+    return paths
+
+
+def seen_from(problem: ReducedProblem, positions: Floats) -> Floats:
+    """(N, m, 3) m: flange positions in the base frames at yaw 0 with origins ``positions`` (N, 3)."""
+    seen: Floats = problem.positions - positions[:, None, :]
+    return seen if problem.arm.upright else seen @ problem.arm.mount
+
+
+SINGULAR = 10.0
+"""Violation of a path per unit of σmin/σmax that it lacks: conditioning numbers are small."""
+
+
+def conditioning_shortfall(problem: ReducedProblem, joints: Floats) -> Floats:
+    """What paths (6, L, m) lack of the conditioning asked for: (L,), scaled by `SINGULAR`, 0 where nothing is."""
+    arm = problem.arm
+    flat = joints.reshape(6, -1).T
+    values = conditioning_of(chain_of(arm.robot), arm.tool, flat, characteristic_length(arm.robot))
+    worst = np.min(values.reshape(joints.shape[1:]), axis=-1)
+    shortfall: Floats = SINGULAR * np.maximum(float(arm.min_conditioning or 0.0) - worst, 0.0)
+    return shortfall
+
+
+def _paths(problem: ReducedProblem, branches: Branches) -> Paths:
+    arm = problem.arm
+    jobs = problem.weights, problem.starts
+    if len(branches.missing) == len(ALL_SIGNS):  # the two signs of the wrist are as near to the singularity
+        singular = np.repeat(wrist_shortfall(arm, branches.joints[:, ::2]), 2, axis=0)
+    else:
+        singular = wrist_shortfall(arm, branches.joints)
+    joints, step = unwrap(branches.joints, problem.starts)
+    beyond = np.zeros(step.shape[1:])
+    for i in range(1, 6):
+        beyond += lift(joints[i], arm.lower[i], arm.upper[i], arm.reference[i], *jobs)
+    keep_sums(arm, joints, problem.starts, free_yaw=True)
+    first = first_joint_limits(arm, joints)
+    yaw, out = choose_yaw(joints[0], *first, arm.reference[0], arm.base, problem.sigma, *jobs)
+    beyond += sum_excess(arm, joints)
+    error = joints - arm.reference[:, None, None, None]
+    weighted = error if problem.weights is None else error * problem.weights
+    objective = np.einsum("i,ikNm,ikNm->kN", arm.weights, error, weighted, optimize=False)
+    jump = np.maximum(np.max(step, axis=0) - problem.max_step, 0.0)
+    if problem.gap_steps is not None:
+        at = np.flatnonzero(np.isfinite(problem.gap_steps))
+        taken = np.max(np.abs(joints[..., at + 1] - joints[..., at]), axis=0)
+        jump = np.maximum(jump, np.max(taken - problem.gap_steps[at], axis=-1))
+    return Paths(joints, yaw, objective, np.sum(branches.missing, axis=-1), beyond + out, jump, singular)

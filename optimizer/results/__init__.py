@@ -1,0 +1,1 @@
+"""What comes out: layouts and what was found out about them, free of any engine's types."""

@@ -1,0 +1,319 @@
+"""Results: frozen, complete, free of any engine's types."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+
+from models.base.arrays import Floats, set_frozen
+from optimizer.results.findings import Alternative, Clearance, Explanation, Tolerance
+
+
+class Outcome(StrEnum):
+    """What is known of a cell in the end. Neither ``optimal`` nor ``infeasible`` is said without a proof."""
+
+    OPTIMAL = "optimal"  # usable, and proved to be the best within the gap that was asked for
+    FEASIBLE = "feasible"  # usable; how far from the best, is known as far as the certificate says
+    INFEASIBLE = "infeasible"  # proved: there is no usable layout; reasons say why
+    UNKNOWN = "unknown"  # nothing usable found and nothing proved; reasons say what stopped it
+
+    @staticmethod
+    def of(*, usable: bool, proved: bool) -> Outcome:
+        """The word for a usable layout, or for none, with or without a proof that this is the answer."""
+        if usable:
+            return Outcome.OPTIMAL if proved else Outcome.FEASIBLE
+        return Outcome.INFEASIBLE if proved else Outcome.UNKNOWN
+
+    @property
+    def usable(self) -> bool:
+        """True if there is a layout."""
+        return self in (Outcome.OPTIMAL, Outcome.FEASIBLE)
+
+    @property
+    def proved(self) -> bool:
+        """True if there is a proof."""
+        return self in (Outcome.OPTIMAL, Outcome.INFEASIBLE)
+
+
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """Why an arm cannot do its part of the task.
+
+    Attributes:
+        arm: name of the arm.
+        kind: out_of_reach | joint_limit | joint_step | posture | jobs | conditioning | singularity |
+            limit_reached | not_found | floor | coupling | collision.
+        poses: indices of the poses concerned (0-based).
+        joint: name of the joint concerned, or None.
+        amount: by how much, in ``unit``; None where there is no number.
+        unit: "m", "rad" or "".
+        detail: one sentence for a person.
+    """
+
+    arm: str
+    kind: str
+    poses: tuple[int, ...]
+    detail: str
+    joint: str | None = None
+    amount: float | None = None
+    unit: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """Where one arm stands and how it moves there.
+
+    Attributes:
+        arm: its name.
+        position: (3,) m, base origin in the world.
+        yaw: rad, in the interval of the request.
+        joints: (m, n) rad.
+        posture: names of the signs, or None for arms without them.
+        objective: this arm's part of E (8.21).
+        joint_margins: (n,) rad, smallest distance to a limit over the path; inf for joints without end.
+        minimum_margin: rad, smallest of them; inf if no joint has limits.
+        linear_margins: of every linear limit its name, and rad, the smallest distance of its sum to its limits.
+        minimum_conditioning: smallest σmin/σmax of the Jacobian (translation divided by ``characteristic_length``).
+        characteristic_length: m.
+        singularity_distances: name of a singular set ("elbow", "wrist", "shoulder") -> smallest distance over the path
+            (rad for elbow and wrist, m for shoulder); empty for arms without a closed form.
+        geometry: where the shape of the arm's links comes from: mesh | cited | estimated.
+        mount: (3, 3) orientation of the base in the world at yaw 0.
+        mounting_face: (4, 4) m, the face it is bolted down with, in the base frame; None where it is not known.
+        avoids_singularities: the rule it was judged by: False where the arm may go through wrist singularities.
+    """
+
+    arm: str
+    position: Floats
+    yaw: float
+    joints: Floats
+    posture: dict[str, str] | None
+    objective: float
+    joint_margins: Floats
+    minimum_margin: float
+    minimum_conditioning: float
+    characteristic_length: float
+    singularity_distances: dict[str, float]
+    geometry: str = "estimated"
+    mount: Floats = field(default_factory=lambda: np.eye(3))
+    avoids_singularities: bool = True
+    mounting_face: Floats | None = None
+    linear_margins: tuple[tuple[str, float], ...] = ()
+
+    def __post_init__(self) -> None:
+        set_frozen(self, "position", self.position, (3,))
+        set_frozen(self, "joints", self.joints, (None, None))
+        set_frozen(self, "joint_margins", self.joint_margins, (None,))
+        set_frozen(self, "mount", self.mount, (3, 3))
+
+
+@dataclass(frozen=True, slots=True)
+class JobShare:
+    """One job of the task.
+
+    Attributes:
+        name: label given by the user. first_pose: index. poses: how many.
+        weight: largest weight of its poses.
+        objective: its part of E over all arms; None where an arm has no placement.
+    """
+
+    name: str
+    first_pose: int
+    poses: int
+    weight: float
+    objective: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """What the search did: evidence where no proof is possible.
+
+    Attributes:
+        candidates: base placements × postures evaluated.
+        starts: local optimisations run.
+        basins: distinct local optima found.
+        wall_time: s.
+        ended: False if the time limit cut the search, or the proof that is tried unasked, before it was through.
+        first_feasible_time: s from the start to the first usable layout of the whole cell; None without one.
+    """
+
+    candidates: int
+    starts: int
+    basins: int
+    wall_time: float
+    ended: bool = True
+    first_feasible_time: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Verification:
+    """Numbers by Pinocchio, which did not produce the answer.
+
+    Attributes:
+        max_position_error: m. max_orientation_error: rad. max_joint_step: rad between consecutive poses of a job.
+        limits_respected: every joint inside its limits to 1e-6 and every base inside its region.
+    """
+
+    max_position_error: float
+    max_orientation_error: float
+    max_joint_step: float
+    limits_respected: bool
+
+
+@dataclass(frozen=True, slots=True)
+class ArmCertificate:
+    """Proof for one arm: no base in its region scores less than ``lower_bound``.
+
+    ``lower_bound`` is None where the arm is proved infeasible or where no proof is offered (``note`` says which).
+    ``ended`` is False if its time limit cut the proof.
+    """
+
+    arm: str
+    lower_bound: float | None
+    gap: float | None
+    proved: bool
+    boxes: int
+    wall_time: float
+    note: str = ""
+    ended: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Certificate:
+    """Proof for the whole cell.
+
+    Attributes:
+        lower_bound: no layout scores less; None where infeasible or where no proof is offered.
+        gap: of the answer, ``(objective - lower_bound) / max(objective, 1e-9)``; None without both.
+        proved: ``gap`` is at most ``wanted``, or ``infeasible``.
+        boxes: bounded. wall_time: s. arms: the proofs of the arms alone.
+        wanted: the gap that was asked for.
+        infeasible: there is no usable layout at all; ``reasons`` say why.
+        ended: False if its time limit cut the proof.
+    """
+
+    lower_bound: float | None
+    gap: float | None
+    proved: bool
+    boxes: int
+    wall_time: float
+    arms: tuple[ArmCertificate, ...]
+    wanted: float = 0.0
+    infeasible: bool = False
+    reasons: tuple[Reason, ...] = ()
+    ended: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class PenaltyCycle:
+    """One cycle of a penalty method: the minimum of Φ for one value of its parameter.
+
+    Attributes:
+        phase: "reach", "exterior" or "interior".
+        parameter: r' or r; 0 in the reach phase, which has none.
+        penalised: Φ there. objective: E there; None where the inverse kinematics do not exist.
+        placement: (4,) x, y, z [m], yaw [rad].
+        worst: largest constraint row [rad or m]; positive means violated.
+        iterations: line searches of the conjugate gradients. evaluations: of Φ with its gradient.
+    """
+
+    phase: str
+    parameter: float
+    penalised: float
+    objective: float | None
+    placement: Floats
+    worst: float
+    iterations: int
+    evaluations: int
+
+    def __post_init__(self) -> None:
+        set_frozen(self, "placement", self.placement, (4,))
+
+
+@dataclass(frozen=True, eq=False)
+class BaselineArm:
+    """Result of a baseline method for one arm.
+
+    Attributes:
+        arm: its name.
+        position: (3,) m. yaw: rad.
+        objective: E of the arm at the last point; None where the inverse kinematics do not exist there.
+        feasible: True if every constraint of the problem holds there.
+        start: (4,) x, y, z [m], yaw [rad] where the method began, or None if it did not run.
+        posture: names of the signs, or None.
+        trace: every cycle.
+        note: what a reader should know: an infeasible start, an extra phase, why there is no result.
+        mount: (3, 3) orientation of the base in the world at yaw 0.
+    """
+
+    arm: str
+    position: Floats
+    yaw: float
+    objective: float | None
+    feasible: bool
+    start: Floats | None = None
+    posture: dict[str, str] | None = None
+    trace: tuple[PenaltyCycle, ...] = ()
+    note: str = ""
+    mount: Floats = field(default_factory=lambda: np.eye(3))
+
+    def __post_init__(self) -> None:
+        set_frozen(self, "mount", self.mount, (3, 3))
+
+
+@dataclass(frozen=True, slots=True)
+class Baseline:
+    """Result of a method of the literature on the same problem."""
+
+    method: str
+    objective: float | None
+    wall_time: float
+    feasible: bool
+    arms: tuple[BaselineArm, ...]
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """The answer for a cell.
+
+    Attributes:
+        outcome: what is known.
+        objective: E (8.21), or None without a usable layout.
+        placements: of the arms that work, in the order of the cell; without a usable layout also the nearest that was
+            seen, and what it breaks stands in the reasons.
+        reasons: why there is no usable layout, and what stopped the search.
+        search: evidence.
+        verification: None where there is no placement.
+        clearances: what every class of pairs keeps along the whole path; empty if none was asked for.
+        alternatives: other layouts, best first, if asked for.
+        tolerance: what installation errors leave, if asked for.
+        explanation: what blocks an infeasible cell, if asked for.
+        jobs: of the task, in order; one for a plain task.
+    """
+
+    outcome: Outcome
+    objective: float | None
+    placements: tuple[Placement, ...]
+    reasons: tuple[Reason, ...]
+    search: Search
+    verification: Verification | None
+    certificate: Certificate | None = None
+    baselines: tuple[Baseline, ...] = ()
+    clearances: tuple[Clearance, ...] = ()
+    alternatives: tuple[Alternative, ...] = ()
+    tolerance: Tolerance | None = None
+    explanation: Explanation | None = None
+    jobs: tuple[JobShare, ...] = ()
+
+    @property
+    def proved(self) -> bool:
+        """True only with a proof: of optimality within the gap that was asked for, or of infeasibility."""
+        return self.outcome.proved
+
+    @property
+    def usable(self) -> bool:
+        """True if there is a layout."""
+        return self.outcome.usable

@@ -1,0 +1,118 @@
+"""One local solve of one arm, with rows added only where the answer needs them.
+
+Joint steps and conditioning are rarely active, and their rows are many; so the program is solved without them, the
+answer is looked at, and they are added where it breaks them. So are the distances to be kept from singularities: bounds
+a little inside the sides of shoulder, elbow and wrist, from where the program without them ended.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+
+from models.cell.cell import Cell
+from models.cell.singular_margins import lacking_at_poses
+from models.kinematics.closed_form import closed_form
+from models.kinematics.wrist_singularity import wrist_shortfall
+from models.robot.arm import Arm
+from optimizer.nlp.conditioning_cuts import TRUST, conditioning_gradients, keep_conditioning
+from optimizer.nlp.measure import largest_step
+from optimizer.nlp.pose_rows import BASE
+from optimizer.nlp.program import ArmPoint, Cuts, build_program
+from optimizer.nlp.solve import Solve, solve_program
+
+CLEAR = 1e-3
+"""Relative rise of the objective for which ways keep clear of singularities also where they begin and end."""
+
+
+def solve_locally(cell: Cell, arm: Arm, start: ArmPoint, deadline: float, known: float = np.inf) -> Solve:
+    """Solve the program of one arm from a start.
+
+    Args:
+        cell: task and step limit.
+        arm: the arm.
+        start: where to begin; its posture is kept.
+        deadline: `time.perf_counter` value, soft.
+        known: objective; where an answer without the rows that it breaks costs more, no rows are added to it.
+
+    Returns:
+        The last solve; whether its point is usable is for `optimizer.verification.verify` to say.
+    """
+    result = _solve_rows(cell, replace(arm, avoid_singularities=False), start, deadline, known=known)
+    if not result.status.has_point or result.objective > known:
+        return result
+    point = result.points[0]
+    through, beside = touches(cell, arm, point)
+    if through or beside:
+        clear = _solve_rows(cell, arm, point, deadline, clear=True)
+        if clear.status.has_point and (through or clear.objective <= (1.0 + CLEAR) * result.objective):
+            return clear
+    if wrist_shortfall(arm, point.joints.T) > 0.0:
+        return _solve_rows(cell, arm, point, deadline)
+    return result
+
+
+def touches(cell: Cell, arm: Arm, point: ArmPoint) -> tuple[bool, bool]:
+    """Whether a way goes through a pose too near a singularity, and whether one begins or ends at such a pose."""
+    form = closed_form(arm.robot)
+    if form is None or point.signs is None:
+        return False, False
+    through, allowed = lacking_at_poses(arm, cell.task, point.joints)
+    return bool(np.any(through)), bool(np.any(allowed > 0.0))
+
+
+def worse_for_its_ends(cell: Cell, arm: Arm, best: ArmPoint, point: ArmPoint) -> float:
+    """By which factor a point must beat the best one, where that keeps clear of singularities at its ends too."""
+    clear = not touches(cell, arm, best)[1]
+    return 1.0 - CLEAR if clear and touches(cell, arm, point)[1] else 1.0
+
+
+def _solve_rows(
+    cell: Cell, arm: Arm, start: ArmPoint, deadline: float, *, clear: bool = False, known: float = np.inf
+) -> Solve:
+    """Solve without rows of steps and conditioning, then with those that the answer breaks."""
+    keep = start.signs is not None
+    result = _solve(cell, arm, start, deadline, keep_shoulder=keep, clear=clear)
+    steps = False
+    if result.objective > known:
+        return result
+    if result.status.has_point and largest_step(cell.task, result.points[0].joints) > cell.max_joint_step:
+        steps = True
+        result = _solve(cell, arm, start, deadline, keep_shoulder=keep, clear=clear, steps=True)
+    if result.status.has_point and arm.min_conditioning is not None and result.objective <= known:
+        values, _ = conditioning_gradients(arm, result.points[0].joints)
+        if np.min(values) < arm.min_conditioning:
+
+            def solve(point: ArmPoint, cuts: Cuts, radius: float) -> Solve:
+                rows = {"keep_shoulder": keep, "clear": clear, "steps": steps}
+                return _solve(cell, arm, point, deadline, **rows, cuts=cuts, radius=radius)
+
+            held = keep_conditioning(solve, arm, start, deadline)
+            return held or keep_conditioning(solve, arm, start, deadline, TRUST) or result
+    return result
+
+
+def _solve(
+    cell: Cell,
+    arm: Arm,
+    start: ArmPoint,
+    deadline: float,
+    *,
+    keep_shoulder: bool,
+    clear: bool,
+    steps: bool = False,
+    cuts: Cuts | None = None,
+    radius: float = np.inf,
+) -> Solve:
+    rows = None if cuts is None else [cuts]
+    program = build_program(cell, [arm], [start], keep_shoulder=keep_shoulder, steps=steps, clear=clear, cuts=rows)
+    if np.isfinite(radius):
+        reach = np.full(len(program.lower), radius)
+        reach[:BASE] = np.inf
+        here = program.pack([start])
+        program = replace(
+            program, lower=np.maximum(program.lower, here - reach), upper=np.minimum(program.upper, here + reach)
+        )
+    return solve_program(program, [start], max(deadline - time.perf_counter(), 0.05))

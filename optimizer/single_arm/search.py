@@ -1,0 +1,348 @@
+"""Search of one arm: screen the allowed bases, solve locally from the best distinct ones, keep the best answer."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+
+from models.base.arrays import Floats
+from models.cell.cell import Cell
+from models.kinematics.difference import SAME, Difference
+from models.kinematics.nominal import Nominal, nominal
+from models.robot.arm import Arm
+from optimizer.budget import boxes_for
+from optimizer.certificate.certify import BranchAndBound, certify
+from optimizer.monitoring.events import Screened, Started
+from optimizer.monitoring.watch import tell
+from optimizer.nlp.measure import objective_of
+from optimizer.nlp.program import ArmPoint
+from optimizer.reasons.reasons import explain_general, explain_proof, explain_reach, explain_reduced
+from optimizer.reduction.base_sample import BoxFrame
+from optimizer.reduction.box import search_box
+from optimizer.reduction.layers import LayeredPath
+from optimizer.reduction.reduced import ReducedProblem, evaluate_signed, reduced_problem
+from optimizer.reduction.screening import ROUNDS, Candidate, Screen, screen
+from optimizer.results.layout import Reason
+from optimizer.settings import CertificateSettings, Settings
+from optimizer.single_arm.arm_search import ArmSearch
+from optimizer.single_arm.as_drawn import paths_from, starts_from, why_impossible
+from optimizer.single_arm.basins import LEVEL, ROUNDED, distinct_optima, elsewhere
+from optimizer.single_arm.doubt import at_limit, in_doubt
+from optimizer.single_arm.local import solve_locally, worse_for_its_ends
+from optimizer.single_arm.nearest import nearest_candidate, nearest_path
+from optimizer.single_arm.passable import best_passable, best_tolerable, where_stuck, with_places
+from optimizer.single_arm.redundant.parameters import PARAMETERS, THOROUGH, UnreducedParameters
+from optimizer.single_arm.redundant.reachable_poses import unreached_poses
+from optimizer.single_arm.redundant.unreduced import search_unreduced
+from optimizer.single_arm.refinement import brought_to_optimum, path_from
+from optimizer.single_arm.worth import MOVE, worth_solving
+from optimizer.verification.verify import check
+
+STARTS = 8
+"""Local solves of an arm with a reduced problem; twice as many where none of them ends in a usable point."""
+DEEPER = 1.05
+"""A notch may be this much deeper than what is seen of it."""
+DECIDE_WORTH, DECIDE_GAP = 5.0, 1e-3
+"""s, counted in boxes, and relative gap of the branch and bound that decides whether a task is possible for which no
+usable candidate was met."""
+EARLY_WORTH, EARLY_POSE, EARLY_POSES = 0.1, 2e-3, 512
+"""s, and s per pose, that it is worth before local solves, which take longer and may lead nowhere; most poses of a task
+for which it can tell anything so soon."""
+SHARE = 0.5
+"""Share of the time left that one local solve may take: a start that struggles must not use up the others' time."""
+SOLVE_POSE = 0.05
+"""s per pose that a solve may take all the same, which is many times what it needs: time must not decide where there is
+enough of it."""
+HALF_STEP, MOST_FINER = 0.55, 400
+"""Share of a joint step that half the way to the next pose may take, and most poses of a search with the middles."""
+BOX_WORTH, BOX_GAP, NEAR = 1.0, 1e-3, 0.01
+"""s, counted in boxes, and relative gap of the boxes that are looked at after local solves; m that are near."""
+GAVE_WAY = 1e-3
+"""Relative; where the best optimum's way cannot be gone and what can be costs so much more, more optima are tried."""
+OTHER_DRAWS = 100
+"""What is added to the seed of the draws then."""
+LONG_TASK = 200
+"""Poses from which on only half as many starts are solved."""
+
+
+def search_arm(cell: Cell, arm: Arm, settings: Settings, deadline: float, apart: Difference = SAME) -> ArmSearch:
+    """Find the best placement of one arm that nothing couples to others; ``apart``: see `ReducedProblem`."""
+    meant = nominal(arm.robot)
+    search = ArmSearch(arm, problem=None if meant is not None else reduced_problem(cell, arm, apart))
+    box = search_box(cell, arm)
+    if np.any(box[:, 0] > box[:, 1]):
+        search.reasons, search.proved = explain_reach(cell, arm), True
+        return search
+    if search.problem is not None:
+        _search_reduced(cell, search, search.problem, box, settings.seed, deadline)
+        if search.best is None and search.optima and search.finished:
+            _search_finer(cell, search, box, settings.seed, deadline)
+            _settle_for_less(cell, search)
+        if search.best is not None:
+            _search_around(cell, search, search.problem, box, deadline)
+        if not cell.coupled:
+            _search_boxes(cell, search, search.problem, box, settings, deadline)
+    else:
+        if meant is not None:
+            _search_drawing(cell, search, meant, settings, deadline)
+        if search.best is None and not search.proved and not (meant is not None and meant.negligible):
+            _search_general(cell, search, box, settings.seed, deadline)
+    if search.best is None and not search.finished:
+        detail = f"{arm.name}: the time limit was reached before a usable base was found; allow more time"
+        search.reasons = (Reason(arm.name, "limit_reached", (), detail),)
+    return search
+
+
+def _search_drawing(cell: Cell, search: ArmSearch, meant: Nominal, settings: Settings, deadline: float) -> None:
+    """Search the arm that this one was drawn as, and take its optima over to this one."""
+    arm = replace(search.arm, robot=meant.robot)
+    drawing = search_arm(cell, arm, settings, deadline, meant.apart if meant.negligible else SAME)
+    search.drawing, search.meant = drawing, meant
+    search.candidates, search.starts, search.finished = drawing.candidates, drawing.starts, drawing.finished
+    best = [] if drawing.best is None else [(drawing.objective, drawing.best)]
+    optima = []
+    for start in starts_from(cell, search.arm, meant, best + drawing.optima, deadline):
+        optima += _solve(cell, search, start, deadline)
+        if meant.negligible and check(cell, search.arm, start).usable:
+            optima.append((objective_of(cell.task, search.arm, start.joints), start))
+    _keep(cell, search, optima, deadline)
+    if meant.negligible:  # what is known of the drawing, with room for what it is off, is known of the arm
+        _settle_for_less(cell, search)
+        search.problem, search.tree, search.drawing = drawing.problem, drawing.tree, None
+        search.proved, search.optima = drawing.proved, search.optima or drawing.optima
+        search.reasons = () if search.best is not None else drawing.reasons
+        search.nearest = search.optima[0][1] if search.optima else drawing.nearest
+    elif search.best is None:
+        _search_beside(cell, search, arm, settings, deadline)
+        search.reasons = why_impossible(cell, search.arm, meant, deadline) if drawing.proved and not search.best else ()
+        search.proved = bool(search.reasons)
+
+
+def _search_beside(cell: Cell, search: ArmSearch, drawn: Arm, settings: Settings, deadline: float) -> None:
+    """Search where the wrist of the drawing is too near to its singularity, and that of the arm may not be."""
+    if search.arm.avoid_singularities:
+        drawing = search_arm(cell, replace(drawn, avoid_singularities=False), settings, deadline)
+        starts = paths_from(cell, search.arm, drawing.optima, deadline)
+        _keep(cell, search, [one for start in starts for one in _solve(cell, search, start, deadline)], deadline)
+
+
+def _search_reduced(
+    cell: Cell, search: ArmSearch, problem: ReducedProblem, box: Floats, seed: int, deadline: float
+) -> None:
+    """Rounds of screening and local solves until something usable is found."""
+    candidates: list[Candidate] = []
+    for round_ in range(ROUNDS if np.any(box[:, 1] > box[:, 0]) else 1):
+        found = screen(problem, box, seed, round_)
+        candidates += found.candidates
+        search.candidates += found.evaluated
+        usable = [c.objective for c in found.candidates if c.violation == 0.0]
+        tell(Screened(search.arm.name, search.candidates, len(usable), min(usable, default=None)))
+        if (
+            round_ == 0
+            and not usable
+            and len(problem.positions) <= EARLY_POSES
+            and _decide(cell, search, problem, deadline, early=True)
+        ):
+            break
+        _solve_candidates(cell, search, problem, found, deadline)
+        if search.best is not None or not search.finished:
+            break
+        if round_ == 0 and _decide(cell, search, problem, deadline):
+            break
+    else:
+        search.reasons = where_stuck(cell, search.arm, search.optima) or explain_reduced(
+            cell, problem, box, candidates, seed
+        )
+    if search.best is None:
+        search.nearest = search.optima[0][1] if search.optima else nearest_candidate(problem, candidates)
+
+
+def _search_boxes(
+    cell: Cell, search: ArmSearch, problem: ReducedProblem, box: Floats, settings: Settings, deadline: float
+) -> None:
+    """Let branch and bound look for something better, where slivers of the allowed bases may hold it."""
+    left = deadline - time.perf_counter()
+    if search.best is None or left <= 0.0 or not in_doubt(cell, problem, box, search.best, search.optima[0][0]):
+        return
+    wanted = settings.certificate
+    gap = min(wanted.gap, BOX_GAP) if isinstance(wanted, CertificateSettings) else BOX_GAP
+    limits = CertificateSettings(gap, left, boxes_for(BOX_WORTH, len(problem.positions)))
+    search.tree = BranchAndBound(problem, search.objective, limits)
+    proof = certify(problem, search.objective, limits, tree=search.tree)
+    if proof.found is None:
+        return
+    found = proof.found
+    best = Candidate(found.position, found.signs, found.objective, 0.0)
+    optima = _near(cell, problem, box, best)
+    _keep(
+        cell, search, optima + _solve(cell, search, path_from(problem, found.position, found.signs), deadline), deadline
+    )
+
+
+def _near(cell: Cell, problem: ReducedProblem, box: Floats, candidate: Candidate) -> list[tuple[float, ArmPoint]]:
+    """What is usable within centimetres of a candidate, without the local solver."""
+    radius = np.where(box[:, 1] > box[:, 0], NEAR, 0.0)
+    return brought_to_optimum(cell, problem, BoxFrame.of(problem, box), radius, [candidate])
+
+
+def _search_around(cell: Cell, search: ArmSearch, problem: ReducedProblem, box: Floats, deadline: float) -> None:
+    """Look about an answer with a joint at its limit: the local solver keeps the turns that made the limit active."""
+    best = search.best
+    if best is None or best.signs is None or not at_limit(cell, problem, best) or time.perf_counter() > deadline:
+        return
+    for value, point in _near(cell, problem, box, Candidate(best.position, best.signs, np.inf, np.inf)):
+        if value < (1.0 - LEVEL) * search.objective:
+            _keep(cell, search, [(value, point), *_solve(cell, search, point, deadline)], deadline)
+
+
+def _search_finer(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadline: float) -> None:
+    """Search once more with the middles between the poses as poses: no optimum's way could be gone.
+
+    A step from pose to pose is two steps there, of half the length or a little more.
+    """
+    middles = [(int(step), 0.5) for step in np.flatnonzero(cell.task.joined)]
+    finer, rows = with_places(replace(cell, max_joint_step=HALF_STEP * cell.max_joint_step), middles)
+    if len(finer.task) > MOST_FINER:
+        return
+    found = ArmSearch(search.arm, problem=reduced_problem(finer, search.arm))
+    if found.problem is not None:
+        _search_reduced(finer, found, found.problem, box, seed, deadline)
+    else:
+        _search_seeds(finer, found, box, seed, deadline, PARAMETERS)
+    search.candidates, search.starts = search.candidates + found.candidates, search.starts + found.starts
+    search.finished = found.finished
+    coarse = [(value, replace(point, joints=point.joints[rows])) for value, point in found.optima]
+    _keep(cell, search, [one for one in coarse if check(cell, search.arm, one[1]).usable], deadline)
+    if search.best is not None:
+        search.reasons = ()
+
+
+def _settle_for_less(cell: Cell, search: ArmSearch) -> None:
+    """Where all optima are stuck, take one whose joints only overshoot their limits a little between the poses."""
+    found = None if search.best is not None else best_tolerable(cell, search.arm, search.optima)
+    if found is not None:
+        (search.objective, search.best), search.reasons = found, ()
+
+
+def _decide(cell: Cell, search: ArmSearch, problem: ReducedProblem, deadline: float, *, early: bool = False) -> bool:
+    """Let branch and bound say whether the arm can do the task at all; True if that settles the search.
+
+    It finds usable paths in corners that a spread of points misses, and knows when there are none. What it finds before
+    its time is up may not be the best; ``early`` it is of no interest then.
+    """
+    poses = len(problem.positions)
+    worth = EARLY_WORTH + EARLY_POSE * poses if early else DECIDE_WORTH
+    limit, boxes = max(deadline - time.perf_counter(), 0.0), boxes_for(worth, poses)
+    proof = certify(problem, None, CertificateSettings(DECIDE_GAP, limit, boxes))
+    if proof.infeasible:
+        search.proved = True
+        search.reasons = explain_proof(cell, search.arm, proof.obstacles)
+    elif proof.found is not None and (proof.proved or not early):
+        start = path_from(problem, proof.found.position, proof.found.signs)
+        _keep(cell, search, _solve(cell, search, start, deadline), deadline)
+    return proof.infeasible or (proof.proved and search.best is not None)
+
+
+def _solve_candidates(cell: Cell, search: ArmSearch, problem: ReducedProblem, found: Screen, deadline: float) -> None:
+    """Solve from the candidates that can lead to something better than what is known."""
+    most = STARTS if len(problem.positions) < LONG_TASK else STARTS // 2
+    optima: list[tuple[float, ArmPoint]] = []
+    waiting = worth_solving(found, problem)
+    usable = [candidate for candidate in waiting if candidate.violation == 0.0]
+    while waiting and time.perf_counter() < deadline and search.starts < most * (1 if optima else 2):
+        candidate = waiting.pop(0)
+        reached = _solve(cell, search, path_from(problem, candidate.position, candidate.signs), deadline)
+        reached += _turned(cell, search, problem, reached, deadline)
+        optima += reached
+        for _, point in reached:
+            waiting = elsewhere(problem, waiting, point)
+    for notch in found.notches:
+        start = path_from(problem, notch.position, notch.signs)
+        known = min((value for value, _ in optima), default=np.inf)
+        if objective_of(cell.task, search.arm, start.joints) < DEEPER * known:
+            optima += _solve(cell, search, start, deadline)
+    if time.perf_counter() < deadline:
+        known = min((value for value, _ in optima), default=np.inf)
+        better = [candidate for candidate in usable if candidate.objective < (1.0 - ROUNDED) * known]
+        optima += brought_to_optimum(cell, problem, found.frame, MOVE * found.spacing, better)
+    search.finished &= time.perf_counter() < deadline
+    _keep(cell, search, optima, deadline)
+
+
+def _turned(
+    cell: Cell, search: ArmSearch, problem: ReducedProblem, reached: list[tuple[float, ArmPoint]], deadline: float
+) -> list[tuple[float, ArmPoint]]:
+    """What is reached when joints take other turns where an optimum stands: local solves keep those of their start."""
+    better = []
+    for objective, point in reached:
+        if point.signs is not None:
+            paths = evaluate_signed(problem, point.position[None, :], np.array([point.signs]))
+            if paths.violation[0, 0] <= ROUNDED and paths.objective[0, 0] < (1.0 - LEVEL) * objective:
+                better += _solve(cell, search, path_from(problem, point.position, point.signs), deadline)
+    return better
+
+
+def _search_general(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadline: float) -> None:
+    """Many seeds of the unreduced problem; where no optimum's way can be gone, more optima, and more poses."""
+    paths = _search_seeds(cell, search, box, seed, deadline, PARAMETERS)
+    if search.optima and search.objective > (1.0 + GAVE_WAY) * search.optima[0][0] and search.finished:
+        _search_seeds(cell, search, box, seed + OTHER_DRAWS, deadline, THOROUGH)
+    if search.best is None and search.optima and search.finished:
+        _search_finer(cell, search, box, seed, deadline)
+        _settle_for_less(cell, search)
+    if search.best is None:
+        search.nearest = search.optima[0][1] if search.optima else nearest_path(paths)
+    if search.best is None and search.finished:
+        far = () if paths else unreached_poses(cell, search.arm, box, seed)
+        search.reasons = where_stuck(cell, search.arm, search.optima) or explain_general(cell, search.arm, paths, far)
+
+
+def _search_seeds(
+    cell: Cell, search: ArmSearch, box: Floats, seed: int, deadline: float, parameters: UnreducedParameters
+) -> list[LayeredPath]:
+    """One search of the unreduced problem; the nearest paths, where it finds nothing usable."""
+
+    def solve(some: Cell, start: ArmPoint, known: float) -> list[tuple[float, ArmPoint]]:
+        return _solve(some, search, start, deadline, known)
+
+    found = search_unreduced(cell, search.arm, box, seed, deadline, solve, parameters, search.objective)
+    search.finished &= time.perf_counter() < deadline
+    search.candidates += found.evaluated
+    best = min((objective for objective, _ in found.optima), default=None)
+    tell(Screened(search.arm.name, search.candidates, len(found.optima), best))
+    _keep(cell, search, found.optima, deadline)
+    return found.paths
+
+
+def _solve(
+    cell: Cell, search: ArmSearch, start: ArmPoint, deadline: float, known: float = np.inf
+) -> list[tuple[float, ArmPoint]]:
+    """The optimum reached from a start, if it passes the independent check; if below ``known``, surely."""
+    if time.perf_counter() > deadline:
+        search.finished = False
+        return []
+    now = time.perf_counter()
+    share = max(SHARE * (deadline - now), min(SOLVE_POSE * len(cell.task), deadline - now))
+    result = solve_locally(cell, search.arm, start, now + share, known)
+    search.starts += 1
+    if result.engine_status == "Maximum_WallTime_Exceeded":
+        search.finished = False
+    point = result.points[0]
+    usable = result.status.has_point and check(cell, search.arm, point).usable
+    objective = result.objective if usable else None
+    tell(Started(search.arm.name, search.starts, result.status.value, objective, result.iterations))
+    return [(result.objective, point)] if usable else []
+
+
+def _keep(cell: Cell, search: ArmSearch, optima: list[tuple[float, ArmPoint]], deadline: float) -> None:
+    """Take over the best of the optima whose way can be gone, and what they say about the basins."""
+    fresh = sorted(optima, key=lambda optimum: optimum[0])
+    search.optima = sorted(search.optima + optima, key=lambda optimum: optimum[0])
+    search.basins = distinct_optima(search.optima)
+    best = best_passable(cell, search.arm, fresh, search.objective, deadline)
+    if best is None:
+        return
+    if search.best is None or best[0] < search.objective * worse_for_its_ends(cell, search.arm, search.best, best[1]):
+        search.objective, search.best = best

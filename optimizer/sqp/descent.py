@@ -1,0 +1,232 @@
+"""One descent: trust-region steps on a merit that makes violations dear, from a layout to the foot of its slope."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from models.base.arrays import Floats
+from models.cell.cell import Cell
+from models.cell.surroundings import PairClass
+from optimizer.monitoring.events import Iterated
+from optimizer.monitoring.watch import check_stop, tell
+from optimizer.nlp.program import ArmPoint
+from optimizer.sqp.linear_rows import LinearRows
+from optimizer.sqp.look import Look, look
+from optimizer.sqp.manifold import Unknowns, move
+from optimizer.sqp.nearby import nearby
+from optimizer.sqp.quadratic import Quadratic, quadratic
+from optimizer.sqp.step import Step, best_step
+from optimizer.verification.scene import Scene
+
+ROUNDS = 50
+"""Programs that one descent may solve."""
+RADIUS, SMALLEST_RADIUS, LARGEST_RADIUS = 0.1, 1e-5, 0.4
+"""m that a base may move in a round along each axis: at first, before giving up, at most."""
+TURN, SPARE = 3.0, 3.0
+"""rad per m of that radius that a base may turn, and that a joint may move by the spare motion of a redundant arm."""
+STUCK = 6, 0.1
+"""Rounds over which the violation of a layout that still has one must fall by this share."""
+POOR, GOOD = 0.25, 0.75
+"""Share of the promised fall below which the radius shrinks, above which it grows."""
+SHORTER, SHORT, LONGER = 0.3, 0.4, 2.0
+"""Factors on the radius: after a step that led nowhere, one that kept little of its promise, one that kept it."""
+NEARER, BEYOND = 3, 1.5
+"""How often a step that ends beyond an arm's reach is made anew, and how much more than it missed is asked for."""
+CUSHION = 1e-4
+"""m asked for beyond the required distance, for what the linear rows leave out."""
+PATIENCE, SETTLED = 20.0, 3
+"""A descent that would need more than so many rounds like the one before it to beat what is known is given up, though
+not in its first rounds."""
+SAME_BASIN = 0.01
+"""m; layouts in the same postures whose bases are nearer than this to each other lead to one optimum."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Terms:
+    """What a descent is given.
+
+    Attributes:
+        scene: the cell. cushions: m, what to ask for beyond the required distance of a class.
+        price: cost of a metre or radian of violation, in units of E.
+        worth: relative fall of the merit below which a round was the last one.
+        deadline: `time.perf_counter` value, soft.
+        ends: layouts that are known; a descent that comes into the basin of one of them ends.
+        beat: E; a descent that does not seem to lead to less is given up.
+    """
+
+    scene: Scene
+    cushions: Mapping[PairClass, float]
+    price: float
+    worth: float
+    deadline: float
+    ends: Sequence[Sequence[ArmPoint]]
+    beat: float
+
+    @property
+    def unknowns(self) -> Unknowns:
+        """Of the cell's layouts."""
+        return Unknowns.of(self.scene.cell)
+
+    def merit(self, at: Look) -> float:
+        """E with the violation made dear."""
+        return at.objective + self.price * max(at.lack, 0.0)
+
+    def seen(self, points: Sequence[ArmPoint]) -> Look:
+        """What a layout is like."""
+        return look(self.scene, self.unknowns, points, self.cushions)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Trial:
+    """A step that was tried: where it leads, what the merit falls by there, and by how much it was said to fall."""
+
+    there: Look
+    gained: float
+    promised: float
+
+
+def descend(terms: Terms, here: Look) -> tuple[Look, int]:
+    """Where a layout leads, and how many programs were solved on the way."""
+    descent = _Descent(terms, here)
+    for round_ in range(ROUNDS):
+        check_stop()
+        tell(Iterated(round_, descent.here.objective, max(descent.here.lack, 0.0)))
+        if descent.over:
+            return descent.here, round_
+        trial = descent.trial()
+        if trial is None:
+            descent.radius *= SHORTER
+            continue
+        descent.take(trial)
+        if descent.ended(round_, trial):
+            return descent.here, round_ + 1
+    return descent.here, ROUNDS
+
+
+@dataclass(eq=False, slots=True)
+class _Descent:
+    """Where a descent is.
+
+    Attributes:
+        terms: its terms. here: the layout. radius: m, see `RADIUS`. lacks: m or rad, violations so far.
+    """
+
+    terms: Terms
+    here: Look
+    radius: float = RADIUS
+    lacks: list[float] = field(default_factory=list)
+    _model: Quadratic | None = None
+
+    def __post_init__(self) -> None:
+        self.lacks.append(self.here.lack)
+
+    @property
+    def over(self) -> bool:
+        """True where no further step is worth its time."""
+        return self.radius < SMALLEST_RADIUS or time.perf_counter() > self.terms.deadline or self._stuck
+
+    @property
+    def _stuck(self) -> bool:
+        """True where something is violated and that gets no better any more."""
+        (rounds, share), lacks = STUCK, self.lacks
+        return lacks[-1] > CUSHION and len(lacks) > rounds and lacks[-1] > (1.0 - share) * lacks[-1 - rounds]
+
+    @property
+    def _merit(self) -> float:
+        return self.terms.merit(self.here)
+
+    @property
+    def _least(self) -> float:
+        """What a step has to promise."""
+        return self.terms.worth * max(self._merit, 1e-9)
+
+    def trial(self) -> _Trial | None:
+        """The best step of this radius; None where it leads nowhere."""
+        terms, here = self.terms, self.here
+        if self._model is None:
+            self._model = quadratic(terms.scene.cell, here.points, here.along, terms.unknowns)
+        model = self._model
+        bounds = _reach(terms.scene.cell, here.points, terms.unknowns, self.radius)
+        step, moved, straight = self._step(model, here.rows, bounds)
+        if step is None or moved is None:
+            return None
+        promised = terms.price * (max(here.lack, 0.0) - step.slack) - model.change(step.step)
+        if promised <= self._least and not straight:
+            return None
+        there = terms.seen(moved)
+        if here.followed and not there.followed:
+            return None
+        gained = self._merit - terms.merit(there)
+        if gained < POOR * promised and there.lack > max(here.lack, 0.0):
+            bent = self._corrected(there, model, step, bounds)
+            if bent is not None and self._merit - terms.merit(bent) > gained:
+                there, gained = bent, self._merit - terms.merit(bent)
+        return _Trial(there, gained, promised)
+
+    def take(self, trial: _Trial) -> None:
+        """Go there, if that is downhill, and trust the model more or less."""
+        if trial.gained < POOR * trial.promised:
+            self.radius *= SHORT
+        elif trial.gained > GOOD * trial.promised:
+            self.radius = min(LONGER * self.radius, LARGEST_RADIUS)
+        if trial.gained > 0.0:
+            self.here, self._model = trial.there, None
+        self.lacks.append(self.here.lack)
+
+    def ended(self, round_: int, trial: _Trial) -> bool:
+        """True after a step to the foot of the slope, into a basin that is known, or towards nothing better."""
+        terms = self.terms
+        if round_ >= SETTLED and self._merit - PATIENCE * max(trial.promised, trial.gained) > terms.beat:
+            return True
+        known = any(nearby(self.here.points, points, SAME_BASIN) for points in terms.ends)
+        return known or trial.promised <= self._least
+
+    def _corrected(self, there: Look, model: Quadratic, step: Step, bounds: tuple[Floats, Floats]) -> Look | None:
+        """Where a step leads that heeds how the rows bend: with rows made where the straight one ended.
+
+        The second-order correction of R. Fletcher, Practical Methods of Optimization, 1987, section 14.4: without it
+        rows that bend make every step short that goes along them.
+        """
+        rows = there.rows
+        seen_from_here = replace(rows, values=rows.values - rows.gradients @ step.step)
+        _, moved, _ = self._step(model, seen_from_here, bounds)
+        return None if moved is None else self.terms.seen(moved)
+
+    def _step(
+        self, model: Quadratic, rows: LinearRows, bounds: tuple[Floats, Floats]
+    ) -> tuple[Step | None, tuple[ArmPoint, ...] | None, bool]:
+        """The best step and where it leads; None where some arm does not reach its task there.
+
+        A step that ends beyond the end of reach, which bends, is made anew with so much more of it left; False for
+        such.
+        """
+        terms, here = self.terms, self.here
+        for count in range(NEARER + 1):
+            step = best_step(model, rows, *bounds, terms.price)
+            if step is None:
+                break
+            moved, missing = move(terms.scene.cell, here.points, here.along, terms.unknowns, step.step)
+            if missing == 0.0:
+                return step, moved, count == 0
+            if np.isinf(missing) or not np.any(rows.reach):
+                break
+            rows = rows.nearer(BEYOND * missing)
+        return step, None, False
+
+
+def _reach(cell: Cell, points: Sequence[ArmPoint], unknowns: Unknowns, radius: float) -> tuple[Floats, Floats]:
+    """(C,) bounds of a step: the trust region, and the base regions."""
+    lower, upper = np.full(unknowns.count, -SPARE * radius), np.full(unknowns.count, SPARE * radius)
+    for a, (arm, point) in enumerate(zip(cell.arms, points, strict=True)):
+        own, region = unknowns.base(a), arm.base.bounds
+        if arm.base.yaw_free:
+            region[3] = -np.inf, np.inf
+        place = np.array([*point.position, point.yaw])
+        reach = np.array([radius] * 3 + [TURN * radius])
+        lower[own] = np.maximum(-reach, np.minimum(region[:, 0] - place, 0.0))
+        upper[own] = np.minimum(reach, np.maximum(region[:, 1] - place, 0.0))
+    return lower, upper

@@ -1,0 +1,61 @@
+"""What a layout is like, and what its neighbourhood is like to first order."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from models.cell.surroundings import PairClass
+from optimizer.nlp.program import ArmPoint
+from optimizer.sqp.cell_rows import add_contacts, add_floor, add_ties
+from optimizer.sqp.joint_rows import add_joint_rows
+from optimizer.sqp.linear_rows import LinearRows, RowCollector
+from optimizer.sqp.manifold import Directions, Unknowns, directions
+from optimizer.sqp.samples import sample_path
+from optimizer.verification.scene import Scene
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Look:
+    """A layout that was looked at.
+
+    Attributes:
+        points: one per arm. objective: E. rows: of all that is near to be violated.
+        along: per arm, its directions at the poses.
+        followed: False where an arm cannot follow the object between the poses.
+    """
+
+    points: tuple[ArmPoint, ...]
+    objective: float
+    rows: LinearRows
+    along: tuple[Directions, ...]
+    followed: bool
+
+    @property
+    def lack(self) -> float:
+        """The largest violation of anything [m or rad]; <= 0 if there is none."""
+        return self.rows.lack
+
+
+def look(scene: Scene, unknowns: Unknowns, points: Sequence[ArmPoint], cushions: Mapping[PairClass, float]) -> Look:
+    """Measure a layout and linearise what is near to be violated.
+
+    Args:
+        scene: the cell. unknowns: its layouts'. points: one per arm.
+        cushions: m, what to ask for beyond the required distance of a class.
+    """
+    bases = scene.bases(points)
+    samples = sample_path(scene.cell, scene.path, bases, points, scene.between)
+    along = [
+        directions(arm, base[:3, :3], q) for arm, base, q in zip(scene.cell.arms, bases, samples.joints, strict=True)
+    ]
+    rows = RowCollector(unknowns, samples, along)
+    for a, point in enumerate(points):
+        add_joint_rows(rows, scene, a, point)
+    add_floor(rows, scene, points)
+    add_ties(rows, scene, points)
+    if scene.model is not None:
+        places = scene.model.configure(bases, samples.joints, samples.objects, samples.jobs)
+        add_contacts(rows, scene, places, bases, cushions)
+    at_poses = tuple(Directions(ways.by_base[samples.poses], ways.by_spare[samples.poses]) for ways in along)
+    return Look(tuple(points), scene.objective(points), rows.rows(), at_poses, samples.followed)

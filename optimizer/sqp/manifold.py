@@ -1,0 +1,107 @@
+"""The layouts on which every arm is on its task: their unknowns, their directions, and the way back onto them.
+
+A layout has four unknowns per arm, its base, and for redundant arms one more per pose and spare joint, its motion in
+the null space of the Jacobian. All joints follow from these to first order by the Jacobian; `on_task` does the rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.base.arrays import Floats, Ints
+from models.cell.cell import Cell
+from models.kinematics.chain import chain_of
+from models.kinematics.screws import forward_and_jacobian
+from models.robot.arm import Arm
+from optimizer.nlp.pose_rows import BASE
+from optimizer.nlp.program import ArmPoint
+from optimizer.sqp.on_task import REACHED, brought_onto
+from optimizer.sqp.sensitivity import joints_by_base
+
+TASK = 6
+"""Coordinates that a pose takes from an arm."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unknowns:
+    """Where the unknowns of a layout are: four per base, then what redundant arms have to spare, pose by pose.
+
+    Attributes:
+        spare: per arm, unknowns per pose. first_spare: per arm, the place of the first of them. count: of all unknowns.
+    """
+
+    spare: tuple[int, ...]
+    first_spare: tuple[int, ...]
+    count: int
+
+    @staticmethod
+    def of(cell: Cell) -> Unknowns:
+        """The unknowns of a cell."""
+        spare = tuple(arm.dof - TASK for arm in cell.arms)
+        first, count = [], BASE * len(cell.arms)
+        for size in spare:
+            first.append(count)
+            count += size * len(cell.task)
+        return Unknowns(spare, tuple(first), count)
+
+    def base(self, arm: int) -> slice:
+        """Unknowns of one arm's base."""
+        return slice(BASE * arm, BASE * (arm + 1))
+
+    def own(self, arm: int, poses: int) -> Ints:
+        """Indices of all unknowns of one arm."""
+        first = self.first_spare[arm]
+        return np.concatenate(
+            [np.arange(BASE * arm, BASE * (arm + 1)), np.arange(first, first + self.spare[arm] * poses)]
+        )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Directions:
+    """How the joints of one arm move with its unknowns, at K places on the path.
+
+    Attributes:
+        by_base: (K, n, 4) rad per unknown of the base.
+        by_spare: (K, n, d) rad, unit motions that leave the hand at rest.
+    """
+
+    by_base: Floats
+    by_spare: Floats
+
+
+def directions(arm: Arm, rotation: Floats, joints: Floats) -> Directions:
+    """Directions at joint values (K, n) rad; ``rotation`` (3, 3) or (K, 3, 3) are the base's axes in the world."""
+    by_base = joints_by_base(arm.robot, rotation, joints)
+    spare = arm.dof - TASK
+    if spare == 0:
+        return Directions(by_base, np.zeros((*joints.shape, 0)))
+    _, _, jacobians = forward_and_jacobian(chain_of(arm.robot), joints)
+    _, _, rows = np.linalg.svd(jacobians)
+    return Directions(by_base, rows[:, TASK:].swapaxes(1, 2))
+
+
+def move(
+    cell: Cell, points: Sequence[ArmPoint], along: Sequence[Directions], unknowns: Unknowns, step: Floats
+) -> tuple[tuple[ArmPoint, ...], float]:
+    """The layout a step away, with every arm exactly on its task; and by how many m some arm misses it.
+
+    Args:
+        cell: the cell. points: one per arm. along: directions at their poses. unknowns: of the cell.
+        step: (C,) change of the unknowns.
+    """
+    moved, most = [], 0.0
+    for a, (arm, point, ways) in enumerate(zip(cell.arms, points, along, strict=True)):
+        base = step[unknowns.base(a)]
+        q = point.joints + ways.by_base @ base
+        first, spare = unknowns.first_spare[a], unknowns.spare[a]
+        if spare:
+            q = q + np.einsum("mnd,md->mn", ways.by_spare, step[first : first + spare * len(q)].reshape(-1, spare))
+        position, yaw = point.position + base[:3], point.yaw + float(base[3])
+        base_there = arm.base_in_world(position, yaw)
+        found, missing = brought_onto(arm, point.signs, base_there, cell.flange_targets(arm), point.joints, q)
+        most = max(most, float(np.max(missing)))
+        moved.append(ArmPoint(position, yaw, found, point.signs))
+    return tuple(moved), most if most >= REACHED else 0.0

@@ -1,0 +1,17 @@
+"""When two layouts are neighbours."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from optimizer.nlp.program import ArmPoint
+
+
+def nearby(points: Sequence[ArmPoint], others: Sequence[ArmPoint], distance: float) -> bool:
+    """True for layouts in the same postures whose bases are nearer than ``distance`` [m] to each other."""
+    return all(
+        p.signs == q.signs and float(np.max(np.abs(p.position - q.position))) < distance
+        for p, q in zip(points, others, strict=True)
+    )

@@ -1,0 +1,210 @@
+"""From a start to the nearest best layout that keeps every distance: sequential quadratic programs.
+
+Every iterate is a real layout: its arms are exactly on their tasks (`manifold`). Around it the objective is a quadratic
+and all constraints are linear rows, renewed at every step; a trust region and one slack for all rows keep that honest
+(`descent`). What the rows do not show is seen by the full check of the path at the foot of a descent, and asked for in
+the next one.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from models.cell.cell import Cell
+from models.cell.surroundings import PairClass
+from optimizer.clearance.clearance import PathClearance
+from optimizer.nlp.measure import placed
+from optimizer.nlp.program import ArmPoint
+from optimizer.sqp.descent import CUSHION, SAME_BASIN, Terms, descend
+from optimizer.sqp.look import Look
+from optimizer.sqp.nearby import nearby
+from optimizer.sqp.samples import sample_path
+from optimizer.verification.scene import LIMITS, Scene
+
+WORTH = 1e-5
+"""Relative fall of the merit below which a round was the last one."""
+DIPS = 5
+"""How often a path that dips between its samples is sent back with more cushion."""
+FARTHER, SINGULAR = 2.0, 5e-3
+"""Factor on the smallest conditioning of an arm that loses its way, and what is asked for at least."""
+PRICE, DEARER = 100.0, 10.0
+"""Cost of a metre or radian of violation, per pose and unit of weight; and how much dearer it gets where that is too
+little to end a violation."""
+SAFE = 100.0
+"""Factor on the price at which a descent that lost a layout without violation is tried once more from there."""
+NEARLY, HOPELESS = 1e-3, 0.03
+"""m or rad; what violates less is worth the full check, what violates more is given up."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Refined:
+    """Where a refinement ended.
+
+    Attributes:
+        points: one per arm. objective: E. lack: largest violation met at the samples, <= 0 if none.
+        clean: True if the layout passed every check. clearance: the path check of a layout that is clean or nearly so.
+        rounds: programs solved.
+    """
+
+    points: tuple[ArmPoint, ...]
+    objective: float
+    lack: float
+    clean: bool
+    clearance: PathClearance | None
+    rounds: int
+
+
+def price_of(cell: Cell) -> float:
+    """Cost of a metre or radian of violation, in units of E."""
+    weights = [arm.weight_scale for arm in cell.arms]
+    return PRICE * cell.task.total_weight * sum(weights) / len(weights)
+
+
+def refine(
+    scene: Scene,
+    start: Sequence[ArmPoint],
+    deadline: float,
+    known: Sequence[Refined] = (),
+    beat: float = np.inf,
+    worth: float = WORTH,
+) -> Refined:
+    """Improve a layout until it is clean and locally best, or no longer gets better.
+
+    Args:
+        scene: the cell. start: one point per arm, each on its task. deadline: `time.perf_counter` value, soft.
+        known: where other starts ended; one that the way leads to is the answer, without going all of it.
+        beat: E; a way that does not seem to lead to less is not gone to its end.
+        worth: relative fall of the merit below which a round was the last one.
+    """
+    run = _Refinement(scene, tuple(start), deadline, beat)
+    for _ in range(DIPS + 1):
+        here = run.descended(worth, [one.points for one in known])
+        for other in known:
+            if nearby(here.points, other.points, SAME_BASIN):
+                return other
+        if not run.goes_on_from(here):
+            break
+    return run.best or Refined(here.points, here.objective, here.lack, False, None, run.rounds)
+
+
+@dataclass(eq=False, slots=True)
+class _Refinement:
+    """Descents one after the other, each of which asks for what the one before it missed.
+
+    Attributes:
+        scene: the cell. start: one point per arm. deadline, beat: see `refine`.
+        best: the last layout that had its full check. rounds: programs solved.
+    """
+
+    scene: Scene
+    start: tuple[ArmPoint, ...]
+    deadline: float
+    beat: float
+    best: Refined | None = None
+    rounds: int = 0
+    _asked: Scene = field(init=False)
+    _cushions: dict[PairClass, float] = field(init=False)
+    _price: float = field(init=False)
+    _points: tuple[ArmPoint, ...] = field(init=False)
+    _safe: Look | None = None  # kept all distances at the samples; the way down must not lose that for good
+
+    def __post_init__(self) -> None:
+        self._asked, self._points, self._price = self.scene, self.start, price_of(self.scene.cell)
+        self._cushions = dict.fromkeys(PairClass, CUSHION)
+
+    def descended(self, worth: float, ends: Sequence[Sequence[ArmPoint]]) -> Look:
+        """Where the next descent ends."""
+        terms = Terms(self._asked, self._cushions, self._price, worth, self.deadline, ends, self.beat)
+        seen = terms.seen(self._points)
+        if self._safe is None and self.best is None and seen.lack <= 0.0:
+            self._safe = seen
+        here, used = descend(terms, seen)
+        self.rounds += used
+        return here
+
+    def goes_on_from(self, here: Look) -> bool:
+        """Get ready for another descent; False where there is none to be made."""
+        if here.objective > self.beat:
+            return False
+        if self._is_lost(here):
+            return self._is_safer()
+        self._points = here.points
+        if here.lack <= NEARLY:
+            self.best = _judged(self.scene, here, self.rounds)
+            if self.best.clean or time.perf_counter() > self.deadline:
+                return False
+            if self.best.clearance is not None:
+                self._ask_for_more(self.best.clearance)
+        self._price *= DEARER
+        return True
+
+    def _is_lost(self, here: Look) -> bool:
+        """True where a violation is too large to be mended, or does not end although it got dearer."""
+        dearer = self._price > price_of(self.scene.cell)
+        return here.lack > HOPELESS or (self.best is None and here.lack > NEARLY and dearer)
+
+    def _is_safer(self) -> bool:
+        """Begin anew at the layout that lacked nothing, with violations much dearer; False where that was done."""
+        price = SAFE * price_of(self.scene.cell)
+        if self._safe is None or self.best is not None or self._price >= price:
+            return False
+        self._points, self._price = self._safe.points, price
+        return True
+
+    def _ask_for_more(self, clearance: PathClearance) -> None:
+        """What the full check found missing between the samples."""
+        for found in clearance.classes:
+            if not found.clear:
+                self._cushions[found.kind] += 1.2 * (found.required - found.distance) + CUSHION
+        self._asked = _with_worst_limit(self._asked, clearance)
+        followed = _with_breaks(self._asked, clearance, self.start)
+        if followed is not None:
+            self._asked, self._points = followed, self.start
+        else:
+            self._asked = _away_from_singularities(self._asked, clearance, self._points)
+
+
+def _judged(scene: Scene, here: Look, rounds: int) -> Refined:
+    """A layout that nearly holds everything, after the full check of its path."""
+    clearance = scene.certify(here.points)
+    lack = max(scene.tie_lack(here.points), scene.floor_lack(here.points))
+    passes = clearance.clear and clearance.limit_excess <= LIMITS
+    clean = lack <= LIMITS and scene.usable(here.points) and passes
+    return Refined(here.points, here.objective, max(lack, here.lack if not clean else lack), clean, clearance, rounds)
+
+
+def _away_from_singularities(scene: Scene, clearance: PathClearance, points: Sequence[ArmPoint]) -> Scene:
+    """The scene with arms that lose their way between two poses kept farther from singularities, where that happens."""
+    lost = {one.arm for one in clearance.breaks}
+    arms = []
+    for arm, point in zip(scene.cell.arms, points, strict=True):
+        if arm.name in lost:
+            now = placed(scene.cell, arm, point).minimum_conditioning
+            arm = replace(arm, min_conditioning=max(FARTHER * now, SINGULAR, arm.min_conditioning or 0.0))
+        arms.append(arm)
+    return replace(scene, cell=replace(scene.cell, arms=tuple(arms)))
+
+
+def _with_worst_limit(scene: Scene, clearance: PathClearance) -> Scene:
+    """The scene with the place at which a joint leaves its limits between the samples for another sample."""
+    worst = clearance.worst_limit
+    if worst.amount <= LIMITS or not 0.0 < worst.fraction < 1.0:
+        return scene
+    return replace(scene, between=(*scene.between, (worst.pose, worst.fraction)))
+
+
+def _with_breaks(scene: Scene, clearance: PathClearance, start: Sequence[ArmPoint]) -> Scene | None:
+    """The scene with the places at which an arm lost its way for more samples; None where it loses it from the start.
+
+    Beyond the end of reach there is no slope to go back by: the way down is gone once more, with these places in view.
+    """
+    new = {(one.pose, one.fraction) for one in clearance.breaks if 0.0 < one.fraction < 1.0} - set(scene.between)
+    if not new:
+        return None
+    closer = replace(scene, between=(*scene.between, *sorted(new)))
+    samples = sample_path(scene.cell, scene.path, scene.bases(start), start, closer.between)
+    return closer if samples.followed else None

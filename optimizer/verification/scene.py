@@ -1,0 +1,154 @@
+"""A coupled cell made ready to be asked: what a layout's path violates, and where."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.base.arrays import Bools, Floats, Ints
+from models.base.kept import KEPT
+from models.cell.cell import Cell
+from models.cell.coupling import Rows
+from models.cell.floor import Footprint
+from models.cell.singular_margins import SPARE
+from models.cell.surroundings import PairClass
+from models.collision.collision import CollisionModel, Configurations
+from models.robot.arm import Arm
+from optimizer.clearance.clearance import PathClearance
+from optimizer.clearance.path_samples import ObjectPath
+from optimizer.nlp.measure import objective_of
+from optimizer.nlp.program import ArmPoint
+from optimizer.verification.verify import check
+from optimizer.verification.whole_way import check_whole_way
+
+LIMITS = KEPT
+"""rad that a joint may stick out of its limits between two poses, as anywhere."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Scene:
+    """A cell with everything that does not depend on the layout.
+
+    Attributes:
+        cell: the cell.
+        model: bodies and pairs of the classes a clearance is asked for; None where none is.
+        required: (P,) m, distance to keep for every pair of the model.
+        movable: (P,) True for pairs whose distance depends on the layout.
+        path: of the object.
+        footprints: per arm, on the floor.
+        between: (pose, fraction of the way to the next) of places at which a refinement keeps everything besides those
+            that it samples by itself.
+        spare: how many times the margins to singular sets a refinement keeps, because it sees a way at few places only.
+    """
+
+    cell: Cell
+    model: CollisionModel | None
+    required: Floats
+    movable: Bools
+    path: ObjectPath
+    footprints: tuple[Footprint, ...]
+    between: tuple[tuple[int, float], ...] = ()
+    spare: float = SPARE
+
+    @staticmethod
+    def of(cell: Cell, holders: Sequence[Arm] | None = None) -> Scene:
+        """Build the models of a cell; ``holders`` are all arms that hold its part, if these are not the cell's."""
+        around = cell.surroundings
+        model = CollisionModel(cell.arms, around, holders) if around.clearances.any else None
+        kinds = model.bodies.kinds if model is not None else ()
+        return Scene(
+            cell,
+            model,
+            np.array([around.clearances.required(kind) or 0.0 for kind in kinds]),
+            np.array([kind is not PairClass.PART_OBSTACLE for kind in kinds], dtype=np.bool_),
+            ObjectPath(cell.task.poses),
+            tuple(around.footprint(arm.name) for arm in cell.arms),
+        )
+
+    def bases(self, points: Sequence[ArmPoint]) -> Floats:
+        """(A, 4, 4) bases in the world."""
+        return np.stack([arm.base_in_world(p.position, p.yaw) for arm, p in zip(self.cell.arms, points, strict=True)])
+
+    def objective(self, points: Sequence[ArmPoint]) -> float:
+        """E of a layout."""
+        task = self.cell.task
+        return sum(objective_of(task, arm, point.joints) for arm, point in zip(self.cell.arms, points, strict=True))
+
+    def floor_lack(self, points: Sequence[ArmPoint]) -> float:
+        """Largest distance [m] by which a footprint is where it must not be; <= 0 if none is."""
+        return float(self.floor_lacks([points])[0])
+
+    def floor_lacks(self, layouts: Sequence[Sequence[ArmPoint]]) -> Floats:
+        """(L,) m, likewise for many layouts."""
+        floor = self.cell.surroundings.floor
+        if floor is None or not len(layouts):
+            return np.zeros(len(layouts))
+        lacks = []
+        for a, (arm, footprint) in enumerate(zip(self.cell.arms, self.footprints, strict=True)):
+            places = np.array([points[a].position[:2] for points in layouts])
+            turned = world_yaw(arm, np.array([points[a].yaw for points in layouts]))
+            lacks.append(-floor.signed_distance(places, footprint, turned))
+        worst: Floats = np.max(lacks, axis=0)
+        return worst
+
+    def tie_lack(self, points: Sequence[ArmPoint]) -> float:
+        """Largest violation of a coupling row [m or rad]."""
+        bases = [(*point.position, point.yaw) for point in points]
+        return max((tie_violation(coupling.rows(bases)) for coupling in self.cell.couplings), default=0.0)
+
+    def contact_lacks(self, layouts: Sequence[Sequence[ArmPoint]]) -> Floats:
+        """(L,) m, largest shortfall of a distance at the poses of each layout; 0 where none falls short."""
+        model, m = self.model, len(self.cell.task)
+        lacks: Floats = np.zeros(len(layouts))
+        if model is None or not len(layouts):
+            return lacks
+        bases = np.stack([self.bases(points) for points in layouts])
+        joints = [np.stack([points[a].joints for points in layouts]) for a in range(len(self.cell.arms))]
+        places = model.configure_layouts(bases, joints, self.cell.task.poses, self.cell.task.job_of)
+        spare = (model.bounds(places, self.movable, self.required) - self.required).reshape(len(layouts), m, -1)
+        short = np.flatnonzero(np.min(spare, axis=(1, 2), initial=np.inf) < -KEPT)
+        if len(short):
+            counted = model.counted_layouts(bases[short])
+            here = np.where(counted[:, None], spare[short], np.inf).reshape(len(short), -1)
+            lacks[short] = self._worst(model, places, m * short, here)
+        return lacks
+
+    def _worst(self, model: CollisionModel, places: Configurations, first: Ints, spare: Floats) -> Floats:
+        """(L,) m, largest shortfalls, 0 where there is none or less than `KEPT`.
+
+        Args:
+            model: of the cell. places: of all layouts. first: (L,) the place of each layout's first pose.
+            spare: (L, m · P) m, lower bounds of what pairs have to spare; used up.
+        """
+        least: Floats = np.zeros(len(spare))
+        while True:
+            nearest = np.argmin(spare, axis=1)
+            layouts = np.flatnonzero(spare[np.arange(len(spare)), nearest] < least)
+            if not len(layouts):
+                return np.where(least < -KEPT, -least, 0.0)
+            k, pairs = np.divmod(nearest[layouts], len(self.required))
+            gaps = model.distances(places, first[layouts] + k, pairs) - self.required[pairs]
+            least[layouts] = np.minimum(least[layouts], gaps)
+            spare[layouts, nearest[layouts]] = np.inf
+
+    def certify(self, points: Sequence[ArmPoint]) -> PathClearance:
+        """The full check of the path at and between its poses."""
+        return check_whole_way(self.cell, self.model, points)
+
+    def usable(self, points: Sequence[ArmPoint]) -> bool:
+        """True if every arm passes the independent check of its own part."""
+        return all(check(self.cell, arm, point).usable for arm, point in zip(self.cell.arms, points, strict=True))
+
+
+def world_yaw(arm: Arm, yaw: Floats | float) -> Floats:
+    """(...) rad, direction of a base's x axis seen from above, for yaws (...) about the base's own z axis."""
+    axis = arm.base_in_world(np.zeros(3), yaw)[..., :2, 0]
+    return np.arctan2(axis[..., 1], axis[..., 0])
+
+
+def tie_violation(rows: Rows) -> float:
+    """Largest distance of a row's value to its set."""
+    pairs = zip(rows.values, rows.lower, rows.upper, strict=True)
+    return max(max(low - float(value), float(value) - high, 0.0) for value, low, high in pairs)

@@ -1,0 +1,132 @@
+"""Check an answer with numbers that did not produce it: Pinocchio's kinematics of every pose, limits, continuity."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from models.base.arrays import Floats
+from models.base.kept import KEPT
+from models.base.pose import rotation_angle
+from models.cell.cell import Cell
+from models.kinematics.branches import path_signs, posture_terms
+from models.kinematics.closed_form import ClosedForm, closed_form
+from models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
+from models.kinematics.nominal import posture_form
+from models.kinematics.wrist_singularity import wrist_shortfall
+from models.robot.arm import Arm
+from optimizer.nlp.measure import largest_step
+from optimizer.nlp.program import ArmPoint
+from optimizer.results.layout import Verification
+
+POSITION = 1e-6
+"""m"""
+ORIENTATION = 1e-6
+"""rad"""
+LIMITS = KEPT
+"""rad, m; also the slack of joint steps and of the conditioning."""
+SIDE = 1e-7
+"""How far across a singular set (m, or sine of an angle) a path may seem to be through rounding alone."""
+
+
+@dataclass(frozen=True, slots=True)
+class ArmCheck:
+    """Independent figures of one arm at a point; see `optimizer.results.layout.Verification`.
+
+    Attributes:
+        position_error: m. orientation_error: rad. joint_step: rad, within a job.
+        limits: largest excess over joint limits, linear ones among them, and base region, rad or m, <= 0 if none.
+        posture: largest distance on the wrong side of a singular set, <= 0 if none.
+        conditioning: by how much σmin/σmax falls short of what the request asks for, <= 0 if it does not.
+        singularity: rad by which the wrist is nearer to its singularity than the arm may be, 0 if it is not.
+        max_joint_step: rad, allowed.
+    """
+
+    position_error: float
+    orientation_error: float
+    joint_step: float
+    limits: float
+    posture: float
+    conditioning: float
+    singularity: float
+    max_joint_step: float
+
+    @property
+    def usable(self) -> bool:
+        """True if the point may be given to a user."""
+        return (
+            self.position_error <= POSITION
+            and self.orientation_error <= ORIENTATION
+            and self.joint_step <= self.max_joint_step + LIMITS
+            and self.limits <= LIMITS
+            and self.posture <= SIDE
+            and self.conditioning <= LIMITS
+            and self.singularity <= 0.0
+        )
+
+
+def check(cell: Cell, arm: Arm, point: ArmPoint) -> ArmCheck:
+    """Check one arm's part of an answer.
+
+    Args:
+        cell: the task.
+        arm: the arm.
+        point: base placement, joints and posture.
+    """
+    base_in_world = arm.base_in_world(point.position, point.yaw)
+    reached = base_in_world @ flange_poses(arm.robot, point.joints) @ arm.tool
+    wanted = cell.task.poses @ cell.grasps(arm)
+    turned = np.swapaxes(wanted[:, :3, :3], 1, 2) @ reached[:, :3, :3]
+    joints = np.max(arm.limit_excess(point.joints))
+    region = arm.base.bounds
+    place = np.array([*point.position, arm.base.yaw_in_interval(point.yaw)])
+    base = max(np.max(np.maximum(region[:, 0] - place, place - region[:, 1])), arm.base.yaw_outside(point.yaw))
+    return ArmCheck(
+        position_error=float(np.max(np.linalg.norm(reached[:, :3, 3] - wanted[:, :3, 3], axis=1))),
+        orientation_error=float(np.max(rotation_angle(turned))),
+        joint_step=largest_step(cell.task, point.joints),
+        limits=float(max(joints, base)),
+        posture=_wrong_side(arm, point),
+        conditioning=_shortfall(arm, point.joints),
+        singularity=float(wrist_shortfall(arm, point.joints.T)),
+        max_joint_step=cell.max_joint_step,
+    )
+
+
+def _wrong_side(arm: Arm, point: ArmPoint) -> float:
+    """How far the path goes to the other side of its posture's signs; infinite in a posture that is not admitted."""
+    form, signs = closed_form(arm.robot), point.signs
+    if form is None:  # the postures of an arm that is not quite as drawn are those of its drawing
+        form = posture_form(arm.robot)
+        signs = None if form is None else path_signs(form, point.joints)
+    if form is None or signs is None:
+        return 0.0
+    if not arm.posture.admits(signs):
+        return float(np.inf)
+    return float(np.max(wrong_sides(form, signs, point.joints)))
+
+
+def wrong_sides(form: ClosedForm, signs: tuple[int, int, int], joints: Floats) -> Floats:
+    """(...) how far joints (..., 6) [rad] are on the other side of a posture's signs, <= 0 if they are not."""
+    shoulder, elbow, wrist = signs
+    front, bend, twist = posture_terms(form, np.moveaxis(joints, -1, 0), np.sin, np.cos)
+    sides: Floats = np.maximum(np.maximum(-shoulder * front, shoulder * elbow * bend), -wrist * twist)
+    return sides
+
+
+def _shortfall(arm: Arm, joints: Floats) -> float:
+    if arm.min_conditioning is None:
+        return 0.0
+    length = characteristic_length(arm.robot)
+    return arm.min_conditioning - float(np.min(conditioning(arm.robot, arm.tool, joints, length)))
+
+
+def summarise(checks: list[ArmCheck]) -> Verification:
+    """Worst figures over the arms."""
+    return Verification(
+        max_position_error=max(c.position_error for c in checks),
+        max_orientation_error=max(c.orientation_error for c in checks),
+        max_joint_step=max(c.joint_step for c in checks),
+        limits_respected=all(c.limits <= LIMITS for c in checks),
+    )

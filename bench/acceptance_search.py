@@ -23,12 +23,12 @@ from bench.trial import WORSE, Answer, append, ask, table
 from models.cell.cell import Cell
 from optimizer.results.layout import Layout
 from optimizer.settings import Settings
-from service.convert import cell_of, settings_of
-from service.library import Library
+from service.library.library import Library
 from service.requests.accept import accept
+from service.requests.convert import cell_of, settings_of
 from service.schemas.request import LayoutRequest
 from service.settings import Settings as ServiceSettings
-from service.urdf_on_disk import robot_on_disk
+from service.uploads.urdf_on_disk import robot_on_disk
 
 PATIENT = 900.0
 """s of wall time that a case may take."""

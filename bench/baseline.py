@@ -20,13 +20,13 @@ from time import process_time
 from typing import Any
 
 from models.base.errors import DuocellError
-from service.error_handlers import as_problem
-from service.issues import InvalidRequest
-from service.library import Library
-from service.problems import document
+from service.common.issues import InvalidRequest
+from service.common.problems import document
+from service.http.error_handlers import as_problem
+from service.library.library import Library
 from service.requests.accept import accept, accept_evaluation
 from service.settings import Settings
-from service.urdf_on_disk import robot_on_disk
+from service.uploads.urdf_on_disk import robot_on_disk
 from service.validation.strict_json import NotJson
 from service.workers.solving import evaluate_request, solve_request
 

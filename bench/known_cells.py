@@ -7,7 +7,7 @@ from functools import lru_cache
 from bench.cells import CELLS, RealCell, beam_cell, real_cell
 from bench.kept_requests import kept
 from models.cell.cell import Cell
-from service.convert import cell_of
+from service.requests.convert import cell_of
 from service.schemas.request import LayoutRequest
 from service.validation import validate
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from bench.trial import draw_of
+from service.library.user_mesh import UserMesh, mesh_document
 from service.settings import Limits
-from service.user_mesh import UserMesh, mesh_document
 
 TRIAL = "large_requests"
 TIME_LIMIT = 5.0

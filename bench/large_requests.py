@@ -29,8 +29,8 @@ from typing import Any
 from bench.large_draw import large_request, meshes
 from bench.trial import Options, Record, add_options, options_from, run, table
 from optimizer.monitoring.watch import ending
-from service.issues import InvalidRequest
-from service.library import Library
+from service.common.issues import InvalidRequest
+from service.library.library import Library
 from service.requests.accept import Accepted, accept
 from service.settings import Limits, Settings
 from service.workers import worker

@@ -18,7 +18,7 @@ from urllib.request import Request, urlopen
 
 from models.base.pose import transform
 from models.cell.cell import Cell
-from service.demo import free_port
+from service.cli.demo import free_port
 
 READY_WITHIN = 60.0
 """s"""

@@ -18,8 +18,8 @@ import trimesh
 
 from bench.server import serving
 from models.base.arrays import Floats
-from service.robot_intake import RobotFiles, robot_from_files
 from service.settings import Limits
+from service.uploads.robot_intake import RobotFiles, robot_from_files
 
 LINKS = ("base_link", "shoulder", "upper_arm", "elbow", "forearm", "wrist", "hand")
 AXES = ("0 0 1", "0 1 0", "0 1 0", "1 0 0", "0 1 0", "1 0 0")

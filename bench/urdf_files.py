@@ -20,9 +20,9 @@ from models.description.urdf_file import parse_document
 from models.kinematics.kinematics import flange_poses
 from models.kinematics.nominal import posture_form
 from models.robot.robot import Robot
-from service.issues import InvalidRequest
-from service.robot_intake import RobotFiles, robot_from_files
+from service.common.issues import InvalidRequest
 from service.settings import Limits
+from service.uploads.robot_intake import RobotFiles, robot_from_files
 from tests.support.own_robot import zipped
 
 COUNT = 400

@@ -12,25 +12,26 @@ from fastapi import FastAPI
 from fastapi.staticfiles import StaticFiles
 from fastapi.telemetry import TelemetryConfig
 
-from service import error_handlers, metrics, openapi, telemetry
 from service.api import docs, evaluate, events, health, layouts, meshes, robots
 from service.api import imports as imports_api
 from service.api.state import State
-from service.evaluations import Evaluations
-from service.imports import Imports
-from service.issues import InvalidRequest
+from service.common.issues import InvalidRequest
+from service.common.problems import Problem
+from service.common.version import package_version
+from service.http import error_handlers, openapi
+from service.http.keys import keyring
+from service.http.middleware import stack
 from service.jobs.active import Rules
+from service.jobs.evaluations import Evaluations
+from service.jobs.job_store import JobStore
 from service.jobs.jobs import Capacity, Jobs
-from service.keys import keyring
-from service.library import Library
-from service.middleware import stack
-from service.problems import Problem
-from service.requests.acceptance import Acceptance
-from service.robots import load_catalogue, take_catalogue
+from service.library.library import Library
+from service.library.robots import load_catalogue, take_catalogue
+from service.observability import metrics, telemetry
 from service.settings import Settings
-from service.store.job_store import JobStore
 from service.store.sql import SqlJobStore
-from service.version import package_version
+from service.uploads.imports import Imports
+from service.workers.acceptance import Acceptance
 from service.workers.executor import Executor
 from service.workers.health import Monitor
 from service.workers.import_worker import ImportWorker

@@ -16,10 +16,12 @@ from typing import Any
 from urllib.error import HTTPError, URLError
 from urllib.request import Request, urlopen
 
-from service.demo import free_port
+from service.cli.demo import free_port
 
 SOURCES = Path(os.environ.get("DUOCELL_CHAOS_SOURCES", Path(__file__).parents[2]))
 """Which sources the servers run; another folder shows what an older version does."""
+ENTRY = "service.cli" if (SOURCES / "service" / "cli.py").exists() else "service.cli.main"
+"""What is run as a command; older versions have one file of it."""
 READY_WITHIN = 240.0
 """s; machines that try this are busy."""
 
@@ -67,7 +69,7 @@ class Server:
         Raises:
             RuntimeError: it does not get ready.
         """
-        command = [*self._before, sys.executable, "-m", "service.cli", "serve", "--port", str(self.port)]
+        command = [*self._before, sys.executable, "-m", ENTRY, "serve", "--port", str(self.port)]
         self.folder.mkdir(parents=True, exist_ok=True)
         with Path(f"{self.folder}.log").open("ab") as log:
             self.process = subprocess.Popen(

@@ -9,7 +9,7 @@ from fastapi.responses import Response
 
 from service.api.ownership import view_of
 from service.api.state import StateOf
-from service.body import json_body
+from service.http.body import json_body
 from service.schemas.evaluate import Evaluation
 from service.schemas.resources import ProblemDocument
 

@@ -9,9 +9,9 @@ from fastapi import APIRouter, Path
 from fastapi.responses import JSONResponse, Response
 
 from service.api.state import StateOf
-from service.problems import KINDS, Problem
+from service.common.problems import KINDS, Problem
+from service.common.version import package_version
 from service.schemas.resources import Health, ProblemDocument, ProblemKind, Readiness
-from service.version import package_version
 
 router = APIRouter(tags=["service"])
 

@@ -7,7 +7,7 @@ from fastapi.responses import JSONResponse, Response
 
 from service.api.ownership import only_client
 from service.api.state import StateOf
-from service.problems import Problem
+from service.common.problems import Problem
 from service.schemas.resources import ProblemDocument
 from service.schemas.robots import RobotImport
 

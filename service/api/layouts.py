@@ -10,15 +10,15 @@ from fastapi.responses import JSONResponse, Response
 
 from service.api.ownership import client_of, not_found, only_client, own_layout, view_of
 from service.api.state import StateOf
-from service.body import json_body
-from service.cursor import decode, encode
-from service.idempotency import idempotency_key
+from service.common.moments import moment_of
+from service.http.body import json_body
+from service.http.cursor import decode, encode
+from service.http.idempotency import idempotency_key
+from service.http.prefer import preferred_wait
 from service.jobs.job import Job, JobStatus
-from service.moments import moment_of
-from service.prefer import preferred_wait
-from service.resources import etag, href, layout_text, summary
+from service.jobs.job_store import JobFilter
+from service.jobs.resources import etag, href, layout_text, summary
 from service.schemas.resources import Layout, LayoutPage, ProblemDocument
-from service.store.job_store import JobFilter
 
 router = APIRouter(prefix="/v1/layouts", tags=["layouts"])
 

@@ -8,10 +8,10 @@ from fastapi.responses import JSONResponse, Response
 
 from service.api.ownership import library_of
 from service.api.state import StateOf
-from service.meshes import mesh_address, mesh_list, mesh_resource
+from service.library.meshes import mesh_address, mesh_list, mesh_resource
 from service.schemas.meshes import MeshPage, UploadedMesh
 from service.schemas.resources import ProblemDocument
-from service.uploads import drop_mesh, no_mesh, take_mesh
+from service.uploads.uploads import drop_mesh, no_mesh, take_mesh
 
 router = APIRouter(prefix="/v1/meshes", tags=["meshes"])
 

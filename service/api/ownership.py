@@ -5,10 +5,10 @@ from __future__ import annotations
 from fastapi import Request
 
 from service.api.state import State
+from service.common.problems import Problem
 from service.jobs.job import Job, is_job_id
-from service.library import Library
-from service.problems import Problem
-from service.shelves import View
+from service.library.library import Library
+from service.library.shelves import View
 
 
 def client_of(request: Request) -> str:

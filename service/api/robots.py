@@ -11,12 +11,12 @@ from fastapi.responses import JSONResponse, Response
 from models.base.errors import UnknownRobot
 from service.api.ownership import client_of, library_of
 from service.api.state import StateOf
-from service.prefer import prefers_async
-from service.problems import Problem
-from service.robots import robot_document, robot_list
+from service.common.problems import Problem
+from service.http.prefer import prefers_async
+from service.library.robots import robot_document, robot_list
 from service.schemas.resources import ProblemDocument
 from service.schemas.robots import RobotDetail, RobotImport, RobotPage
-from service.uploads import begin_robot, drop_robot, take_robot
+from service.uploads.uploads import begin_robot, drop_robot, take_robot
 
 router = APIRouter(prefix="/v1/robots", tags=["robots"])
 

@@ -7,12 +7,12 @@ from typing import Annotated
 
 from fastapi import Depends, Request
 
-from service.evaluations import Evaluations
-from service.imports import Imports
+from service.jobs.evaluations import Evaluations
 from service.jobs.jobs import Jobs
-from service.library import Library
-from service.requests.acceptance import Acceptance
+from service.library.library import Library
 from service.settings import Settings
+from service.uploads.imports import Imports
+from service.workers.acceptance import Acceptance
 from service.workers.health import Monitor
 from service.workers.import_worker import ImportWorker
 

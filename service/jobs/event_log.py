@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from typing import Any
 
 from service.jobs.job import JobEvent
-from service.resources import timestamp
+from service.jobs.resources import timestamp
 
 LAST = "done"
 """Kind of the event after which none comes."""

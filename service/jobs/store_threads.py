@@ -7,7 +7,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
 
-from service.store.job_store import JobStore, StoreUnavailable
+from service.jobs.job_store import JobStore, StoreUnavailable
 
 T = TypeVar("T")
 

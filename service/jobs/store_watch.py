@@ -9,8 +9,8 @@ from service.jobs.active import Active
 from service.jobs.dispatcher import Dispatcher
 from service.jobs.event_log import LAST, EventLog
 from service.jobs.job import Ending, Failure, Job, JobStatus
+from service.jobs.job_store import LeaseLost, StoreUnavailable
 from service.jobs.store_threads import StoreThreads
-from service.store.job_store import LeaseLost, StoreUnavailable
 
 log = logging.getLogger(__name__)
 

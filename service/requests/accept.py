@@ -7,8 +7,8 @@ import json
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from service.convert import cell_of, joints_of
-from service.library import Library
+from service.library.library import Library
+from service.requests.convert import cell_of, joints_of
 from service.schemas.evaluate import EvaluateRequest
 from service.schemas.request import Certificate, LayoutRequest
 from service.settings import Limits

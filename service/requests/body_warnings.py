@@ -8,7 +8,7 @@ import numpy as np
 
 from models.cell.cell import Cell
 from optimizer.results.layout import Layout, Outcome
-from service.issues import Issue
+from service.common.issues import Issue
 from service.schemas.request import LayoutRequest
 from service.schemas.shapes import Obstacle, Solid
 

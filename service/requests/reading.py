@@ -6,13 +6,13 @@ import signal
 from collections.abc import Callable
 from typing import NamedTuple
 
-from service.issues import InvalidRequest, Issue
-from service.library import Library
+from service.common.issues import InvalidRequest, Issue
+from service.common.priority import READING, give_way
+from service.library.library import Library
+from service.library.shelves import View
 from service.requests.accept import Accepted, accept, accept_evaluation
 from service.settings import Limits
-from service.shelves import View
 from service.validation.strict_json import NotJson
-from service.workers.priority import READING, give_way
 
 
 class Read(NamedTuple):

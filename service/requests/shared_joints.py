@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import combinations
 
 from models.robot.arm import Arm
-from service.issues import Issues
+from service.common.issues import Issues
 
 
 def check_shared_joints(arms: Sequence[Arm | None], issues: Issues) -> None:

@@ -16,7 +16,7 @@ from optimizer.nlp.program import ArmPoint
 from optimizer.results.layout import Layout
 from optimizer.verification.way import follow_way
 from optimizer.verification.words import between
-from service.issues import MOST_SHOWN, Issue
+from service.common.issues import MOST_SHOWN, Issue
 from service.requests.body_warnings import FAR, body_warnings, region_warnings
 from service.schemas.request import LayoutRequest
 from service.validation.range_limits import angles_of, lengths_of

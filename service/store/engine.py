@@ -9,7 +9,7 @@ from typing import Any
 from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
 from sqlalchemy.exc import ArgumentError, NoSuchModuleError
 
-from service.store.job_store import StoreUnavailable
+from service.jobs.job_store import StoreUnavailable
 
 FILE = "duocell.sqlite3"
 BUSY_TIMEOUT = 2_000

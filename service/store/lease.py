@@ -15,7 +15,7 @@ from collections.abc import Callable
 
 from sqlalchemy import BindParameter, Connection, bindparam, select, update
 
-from service.store.job_store import OTHER, LeaseLost
+from service.jobs.job_store import OTHER, LeaseLost
 from service.store.session_lock import SessionLock
 from service.store.tables import LeaseRow
 

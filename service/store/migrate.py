@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from sqlalchemy import Connection, Engine, inspect, text
 
+from service.jobs.job_store import StoreUnavailable
 from service.store.engine import IMMEDIATE
-from service.store.job_store import StoreUnavailable
 from service.store.session_lock import SERVERS
 
 if TYPE_CHECKING:

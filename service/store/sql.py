@@ -14,9 +14,9 @@ from sqlalchemy.exc import DBAPIError, IntegrityError, SQLAlchemyError
 from sqlalchemy.orm import Session, undefer
 
 from service.jobs.job import CALLED_OFF, Ending, Job, JobEvent
+from service.jobs.job_store import JobFilter, Keyed, KeyTaken, NoAnswer, StoreUnavailable
 from service.store import changes
 from service.store.engine import IMMEDIATE, database_file, make_engine
-from service.store.job_store import JobFilter, Keyed, KeyTaken, NoAnswer, StoreUnavailable
 from service.store.lease import StoreLease
 from service.store.migrate import check_revision, upgrade
 from service.store.rows import head_of, whole_of
@@ -32,7 +32,7 @@ TURN_WITHIN = 5.0
 
 
 class SqlJobStore:
-    """See `service.store.job_store.JobStore`.
+    """See `service.jobs.job_store.JobStore`.
 
     Threads take turns at writing: SQLite has one writer at a time anyway, and lets those that wait sleep longer than
     they have to.

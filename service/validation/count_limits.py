@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from service.issues import Issues, pointer_of
+from service.common.issues import Issues, pointer_of
 from service.settings import Limits
 
 CODE = "too-large"

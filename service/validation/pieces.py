@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Protocol
 
-from service.issues import InvalidRequest, Issue
+from service.common.issues import InvalidRequest, Issue
 from service.schemas.request import LayoutRequest
 from service.schemas.shapes import Mesh, Shape
 from service.settings import Limits

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import radians, tau
 
-from service.issues import InvalidRequest, Issue, pointer_of
+from service.common.issues import InvalidRequest, Issue, pointer_of
 from service.schemas.arm import Arm, DhTable
 from service.schemas.coupling import Direction, Distance, Mirror, Rail
 from service.schemas.evaluate import PlacedArm

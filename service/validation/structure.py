@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from service.issues import InvalidRequest, Issue
+from service.common.issues import InvalidRequest, Issue
 from service.settings import Limits
 from service.validation.count_limits import CODE
 

@@ -13,8 +13,8 @@ from optimizer.progress.interim import interim_layout, unknown_layout, why_ended
 from optimizer.progress.known import Solved, Usable
 from optimizer.results.layout import Layout
 from optimizer.settings import Settings
-from service.documents import result_document
-from service.issues import Issue
+from service.common.issues import Issue
+from service.results.documents import result_document
 from service.workers.worker import KNOWN, answer_of
 
 LEAST, SHARE = 0.5, 0.05

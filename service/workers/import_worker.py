@@ -12,8 +12,8 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from typing import Any, TypeVar, cast
 
-from service.issues import InvalidRequest, Issue
-from service.problems import Problem
+from service.common.issues import InvalidRequest, Issue
+from service.common.problems import Problem
 from service.workers.executor import Report, WorkerDied
 from service.workers.worker_process import WorkerProcess
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from service import metrics
+from service.observability import metrics
 from service.workers import fork_server, worker
 from service.workers.executor import Report, SolveFailed, Task, WorkerDied
 from service.workers.worker import Answer

@@ -11,7 +11,7 @@ from typing import Any
 
 from optimizer.monitoring.events import Bounded, Event, Incumbent, Iterated
 from optimizer.progress.known import Known
-from service.documents import incumbent_document
+from service.results.documents import incumbent_document
 from service.workers.best_known import KnownAnswer
 
 FREQUENT = (Bounded, Iterated)

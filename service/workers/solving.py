@@ -9,11 +9,11 @@ from optimizer.evaluation.evaluate import evaluate_layout
 from optimizer.optimize import optimize
 from optimizer.results.layout import Layout
 from optimizer.settings import Settings
-from service.convert import cell_of, joints_of, settings_of
-from service.documents import result_document
-from service.issues import Issue
-from service.library import Library
+from service.common.issues import Issue
+from service.library.library import Library
+from service.requests.convert import cell_of, joints_of, settings_of
 from service.requests.warnings import warnings_of
+from service.results.documents import result_document
 from service.schemas.evaluate import EvaluateRequest
 from service.schemas.request import LayoutRequest
 

@@ -18,12 +18,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from models.base.errors import DuocellError
 from optimizer.monitoring.watch import Cancelled, watching
-from service import logs
+from service.observability import logs
 from service.workers.messages import receive, send
 from service.workers.self_test import SELF_TEST, check
 
 if TYPE_CHECKING:
-    from service.library import Library
+    from service.library.library import Library
 
 log = logging.getLogger(__name__)
 
@@ -171,7 +171,7 @@ def evaluate(text: str, request_hash: str, data_dir: Path | None = None) -> Answ
 
 def _library(data_dir: Path | None) -> Library | None:
     """What users brought; what was deleted since the request was accepted still counts."""
-    from service.library import Library
+    from service.library.library import Library
 
     return None if data_dir is None else Library(data_dir, deleted=True)
 

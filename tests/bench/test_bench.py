@@ -16,7 +16,7 @@ from bench.run import TaskResult
 from bench.server import request_of
 from bench.tasks import all_tasks, free_height, quick_tasks, thesis_line
 from optimizer.reduction.reduced import evaluate, reduced_problem
-from service.convert import cell_of
+from service.requests.convert import cell_of
 from service.schemas.request import LayoutRequest
 from service.validation import validate
 from service.validation.strict_json import parse

@@ -11,7 +11,7 @@ import pytest
 from bench.cell_draw import PAIRS
 from bench.cells import BLOCKED, CELLS, beam_cell, real_cell
 from bench.dense_check import dense_check
-from service.convert import cell_of
+from service.requests.convert import cell_of
 from service.schemas.request import LayoutRequest
 from service.validation import validate
 

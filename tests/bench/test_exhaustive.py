@@ -20,7 +20,7 @@ from models.cell.coupling import Direction, Mirror, Rail
 from models.geometry.separation import separation
 from models.geometry.shapes import Body, Box, ConvexHull, HalfSpace, Sphere
 from models.robot.arm import Interval
-from service.convert import cell_of
+from service.requests.convert import cell_of
 from service.schemas.request import LayoutRequest
 from service.validation import validate
 from tests.support.solids import KINDS, random_shape

@@ -9,7 +9,7 @@ import pytest
 
 from bench.large_draw import large_request, meshes
 from bench.large_requests import is_miss, summary
-from service.library import Library
+from service.library.library import Library
 from service.requests.accept import accept
 from service.settings import Limits
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from optimizer.monitoring import events
 from optimizer.monitoring.events import Event
-from service.cli import parser
+from service.cli.main import parser
+from service.common.problems import KINDS
 from service.jobs.job import JobStatus
-from service.problems import KINDS
 from service.schemas.resources import Failure
 from service.settings import Settings
 from tests.support.markdown import blocks_of

@@ -12,12 +12,12 @@ import pytest
 import yaml
 from fastapi.testclient import TestClient
 
-from service import logs, metrics
 from service.app import create_app
-from service.cli import parser
-from service.cli_serve import MAX_HEAD
-from service.keys import hash_line, new_key
-from service.middleware.observe import CLIENT_LEFT
+from service.cli.main import parser
+from service.cli.serve import MAX_HEAD
+from service.http.keys import hash_line, new_key
+from service.http.middleware.observe import CLIENT_LEFT
+from service.observability import logs, metrics
 from service.settings import Settings
 from tests.support.markdown import blocks_of
 

@@ -14,7 +14,7 @@ import httpx2
 import pytest
 
 from optimizer.optimize import optimize
-from service.convert import cell_of, settings_of
+from service.requests.convert import cell_of, settings_of
 from service.schemas.request import LayoutRequest
 from tests.support.server import Document, Server, alive, events_of, finished, line_request, serving, until
 

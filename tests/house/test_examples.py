@@ -13,7 +13,7 @@ from models.base.pose import rotation_angle
 from models.cell.surroundings import Clearances
 from optimizer.optimize import optimize
 from optimizer.results.layout import Layout
-from service.convert import cell_of, settings_of
+from service.requests.convert import cell_of, settings_of
 from service.schemas.request import LayoutRequest
 from service.validation import validate
 

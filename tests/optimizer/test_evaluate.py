@@ -25,7 +25,7 @@ from models.robot.posture import Posture
 from optimizer.evaluation.evaluate import evaluate_layout
 from optimizer.optimize import optimize
 from optimizer.results.layout import Layout, Outcome
-from service.convert import cell_of
+from service.requests.convert import cell_of
 from service.schemas.request import LayoutRequest
 from service.validation import validate
 from tests.support.answers import assert_placed

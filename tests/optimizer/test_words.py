@@ -20,8 +20,8 @@ from optimizer.coupled.prove import against
 from optimizer.optimize import optimize
 from optimizer.results.layout import Certificate, Layout, Outcome, Search
 from optimizer.settings import CertificateSettings, Settings
-from service.convert import cell_of
 from service.requests.accept import accept
+from service.requests.convert import cell_of
 from service.schemas.request import LayoutRequest
 from service.settings import Settings as ServiceSettings
 from tests.support.acceptance import load

@@ -13,7 +13,7 @@ from fastapi.testclient import TestClient
 
 from optimizer.results.layout import Layout, Outcome, Placement, Search, Verification
 from service.app import create_app
-from service.documents import result_document
+from service.results.documents import result_document
 from service.schemas.evaluate import EvaluateRequest
 from service.schemas.request import EXAMPLE, LayoutRequest
 from service.settings import Settings

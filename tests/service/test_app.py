@@ -12,8 +12,8 @@ from fastapi.testclient import TestClient
 from models.base import errors
 from models.catalogue import catalogue
 from service.app import create_app
-from service.problems import KINDS
-from service.robots import load_catalogue
+from service.common.problems import KINDS
+from service.library.robots import load_catalogue
 from service.settings import Settings
 from service.workers.executor import SolveFailed
 from service.workers.import_worker import ImportWorker

@@ -9,7 +9,7 @@ import pytest
 from fastapi.testclient import TestClient
 from pydantic import ValidationError
 
-from service.keys import hash_line, new_key
+from service.http.keys import hash_line, new_key
 from service.settings import Access
 
 Make = Callable[..., TestClient]

@@ -16,17 +16,17 @@ import pytest
 
 from models.geometry.decomposition import Decomposition, decompose
 from models.geometry.meshes import Mesh
-from service.cli import main
-from service.cli_solve import exit_code, show
-from service.library import Library
-from service.robot_intake import RobotFiles, robot_from_files
+from service.cli.main import main
+from service.cli.solve import exit_code, show
+from service.library.library import Library
+from service.library.user_robot import as_document
 from service.settings import Limits
-from service.user_robot import as_document
+from service.uploads.robot_intake import RobotFiles, robot_from_files
 from tests.support import own_robot
 
 Document = dict[str, Any]
 
-COMMAND = [sys.executable, "-m", "service.cli"]
+COMMAND = [sys.executable, "-m", "service.cli.main"]
 REPOSITORY = Path(__file__).parents[2]
 
 
@@ -54,7 +54,10 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_version_loads_no_engine() -> None:
-    code = "import sys, service.cli as c; c.main(['version']); print({'numpy', 'casadi', 'fastapi'} & set(sys.modules))"
+    code = (
+        "import sys, service.cli.main as c; c.main(['version']); "
+        "print({'numpy', 'casadi', 'fastapi'} & set(sys.modules))"
+    )
     done = subprocess.run([sys.executable, "-c", code], cwd=REPOSITORY, capture_output=True, text=True, check=True)
     assert done.stdout.endswith("set()\n")
 
@@ -223,7 +226,7 @@ def test_the_answer_is_written_also_where_nobody_reads_what_is_printed(
     def gone(*_: object) -> None:
         raise BrokenPipeError
 
-    monkeypatch.setattr("service.cli_tables.print_layout", gone)
+    monkeypatch.setattr("service.cli.tables.print_layout", gone)
     output = tmp_path / "result.json"
     with pytest.raises(BrokenPipeError):
         show({"status": "succeeded"}, str(output))

@@ -9,9 +9,9 @@ import numpy as np
 
 from optimizer.results.findings import Alternative, Clearance, Explanation, Relaxation, Tolerance
 from optimizer.results.layout import Layout, Outcome, Placement, Search
-from service.cli_console import console_on
-from service.cli_findings import print_findings
-from service.documents import result_document
+from service.cli.console import console_on
+from service.cli.findings import print_findings
+from service.results.documents import result_document
 
 PLACEMENT = Placement(
     arm="[main]",

@@ -17,16 +17,16 @@ import pytest
 import uvicorn
 
 from optimizer.monitoring.watch import Cancelled
-from service import cli_local
 from service.app import create_app
-from service.cli import main
-from service.cli_progress import shown
-from service.cli_remote import solve_there
+from service.cli import local as cli_local
+from service.cli.main import main
+from service.cli.progress import shown
+from service.cli.remote import solve_there
 from service.settings import Settings
 from service.workers.executor import SolveFailed
 
 Document = dict[str, Any]
-COMMAND = [sys.executable, "-m", "service.cli"]
+COMMAND = [sys.executable, "-m", "service.cli.main"]
 REPOSITORY = Path(__file__).parents[2]
 
 
@@ -132,7 +132,7 @@ def test_a_time_limit_is_sent_to_the_server(server: Running, tmp_path: Path, exa
 def test_a_server_that_is_restarted_meanwhile_makes_no_difference(
     tmp_path: Path, example: Document, fake: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("service.cli_remote.PAUSE", 0.05)
+    monkeypatch.setattr("service.cli.remote.PAUSE", 0.05)
     fake.seconds = 60.0
     first = Running(tmp_path / "server", fake)
     port = first.servers[0].sockets[0].getsockname()[1]

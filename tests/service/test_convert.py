@@ -14,13 +14,13 @@ from models.catalogue.catalogue import robot
 from models.robot.arm import range_weights
 from models.robot.posture import Posture
 from optimizer.baselines.penalty import METHODS
-from service.convert import cell_of, settings_of
-from service.issues import InvalidRequest
-from service.library import Library
+from service.common.issues import InvalidRequest
+from service.library.library import Library
+from service.library.user_robot import UserRobot
 from service.requests.accept import accept
+from service.requests.convert import cell_of, settings_of
 from service.schemas.request import Baseline, LayoutRequest
 from service.settings import Limits
-from service.user_robot import UserRobot
 from service.validation import validate
 
 Document = dict[str, Any]

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from service.convert_pose import pose_of, poses_of
-from service.issues import Issues
+from service.common.issues import Issues
+from service.requests.convert_pose import pose_of, poses_of
 from service.schemas.pose import Pose
 
 FORMATS = ("quaternion", "matrix", "rpy", "euler_zyz", "oat")

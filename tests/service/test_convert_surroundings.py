@@ -13,14 +13,14 @@ from models.cell.floor import POINT
 from models.cell.surroundings import Clearances
 from models.geometry.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
 from optimizer.settings import ToleranceSettings
-from service.convert import cell_of, joints_of, settings_of
-from service.issues import InvalidRequest
-from service.library import Library
+from service.common.issues import InvalidRequest
+from service.library.library import Library
+from service.library.user_mesh import UserMesh, mesh_document
 from service.requests.accept import accept
+from service.requests.convert import cell_of, joints_of, settings_of
 from service.schemas.evaluate import EVALUATE_EXAMPLE, EvaluateRequest
 from service.schemas.request import LayoutRequest
 from service.settings import Limits
-from service.user_mesh import UserMesh, mesh_document
 from service.validation import validate
 
 Document = dict[str, Any]

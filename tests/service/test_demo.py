@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from service import demo
+from service.cli import demo
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "line.json"
 

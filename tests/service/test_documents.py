@@ -24,7 +24,7 @@ from optimizer.results.layout import (
     Search,
     Verification,
 )
-from service.documents import result_document
+from service.results.documents import result_document
 from service.schemas.result import LayoutResult
 
 PLACEMENT = Placement(

@@ -13,12 +13,12 @@ import pytest
 
 from models.base.pose import rotation_from_rpy, transform
 from optimizer.optimize import optimize
-from service.cli_tables import print_layout
-from service.convert import cell_of, settings_of
-from service.documents import result_document
-from service.figure import draw_layout
-from service.issues import InvalidRequest
+from service.cli.tables import print_layout
+from service.common.issues import InvalidRequest
+from service.figure.figure import draw_layout
 from service.requests.accept import accept
+from service.requests.convert import cell_of, settings_of
+from service.results.documents import result_document
 from service.schemas.request import LayoutRequest
 from service.schemas.result import LayoutResult
 from service.schemas.task import ARC, JOBS, LINE

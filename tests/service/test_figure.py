@@ -14,9 +14,9 @@ from models.base.pose import quaternion_from_rotation, rotation_z, transform
 from models.catalogue.catalogue import robot
 from models.geometry.shapes import Body
 from models.kinematics.kinematics import flange_poses
-from service.convert import cell_of
-from service.figure import arm_points, draw_layout, write_figure
-from service.figure_surroundings import outline
+from service.figure.figure import arm_points, draw_layout, write_figure
+from service.figure.figure_surroundings import outline
+from service.requests.convert import cell_of
 from service.schemas.request import LayoutRequest
 from service.validation import validate
 from tests.support.solids import KINDS, random_pose, random_shape, support

@@ -13,9 +13,9 @@ from fastapi.testclient import TestClient
 from models.base.pose import quaternion_from_rotation, rotation_from_rpy, transform
 from models.catalogue.catalogue import robot
 from models.robot.robot_frames import ISO_9787
-from service.convert import cell_of
-from service.documents import result_document
-from service.issues import InvalidRequest
+from service.common.issues import InvalidRequest
+from service.requests.convert import cell_of
+from service.results.documents import result_document
 from service.schemas.request import EXAMPLE, LayoutRequest
 from service.validation import validate
 from tests.service.conftest import made_up_layout

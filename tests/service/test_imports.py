@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from service.imports import REMEMBERED, Imports
-from service.prefer import prefers_async
-from service.problems import Problem
+from service.common.problems import Problem
+from service.http.prefer import prefers_async
+from service.uploads.imports import REMEMBERED, Imports
 from service.workers.executor import Report
 from tests.service.test_own_uploads import HASHES, as_key
 from tests.service.test_robot_upload import form

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from service.cli import main
-from service.keys import Keyring, KeysUnusable, hash_line, keyring, new_key
+from service.cli.main import main
+from service.http.keys import Keyring, KeysUnusable, hash_line, keyring, new_key
 from service.settings import Access
 
 
@@ -51,7 +51,7 @@ def test_every_key_is_compared_in_constant_time(monkeypatch: pytest.MonkeyPatch)
         compared.append((one, other))
         return one == other
 
-    monkeypatch.setattr("service.keys.hmac.compare_digest", compare)
+    monkeypatch.setattr("service.http.keys.hmac.compare_digest", compare)
     key = new_key()
     lines = " ".join(hash_line(name, key if name == "a" else new_key()) for name in "abc")
     ring = keyring(Access(api_keys=lines))

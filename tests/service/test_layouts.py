@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from service.keys import hash_line, new_key
+from service.http.keys import hash_line, new_key
 from service.requests.accept import hash_of
 from service.workers.executor import SolveFailed
 

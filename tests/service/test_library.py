@@ -21,14 +21,14 @@ from scipy.spatial import cKDTree
 from models.catalogue.links import LinkBody
 from models.geometry.shapes import Body, HalfSpace
 from models.robot.robot import Robot
-from service.library import Library
-from service.mesh_intake import mesh_from_file
+from service.library.library import Library
+from service.library.shelf import Shelf
+from service.library.user_mesh import mesh_document
+from service.library.user_robot import UserRobot, as_document, from_document, shape_document, shape_from
 from service.requests.accept import accept
-from service.robot_intake import RobotFiles, robot_from_files
 from service.settings import Limits, Settings
-from service.shelf import Shelf
-from service.user_mesh import mesh_document
-from service.user_robot import UserRobot, as_document, from_document, shape_document, shape_from
+from service.uploads.mesh_intake import mesh_from_file
+from service.uploads.robot_intake import RobotFiles, robot_from_files
 from service.workers.solving import solve_request
 from tests.support import own_robot
 from tests.support.solids import KINDS, SEED, random_pose, random_shape

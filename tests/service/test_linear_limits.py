@@ -12,11 +12,11 @@ import pytest
 
 from optimizer.optimize import optimize
 from optimizer.settings import Settings
-from service.cli_tables import print_layout
-from service.convert import cell_of
-from service.documents import result_document
-from service.issues import InvalidRequest
+from service.cli.tables import print_layout
+from service.common.issues import InvalidRequest
 from service.requests.accept import accept
+from service.requests.convert import cell_of
+from service.results.documents import result_document
 from service.schemas.arm import MOST_LINEAR_LIMITS
 from service.schemas.request import LayoutRequest
 from service.settings import Limits

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from service import logs
-from service.keys import hash_line, new_key
+from service.http.keys import hash_line, new_key
+from service.observability import logs
 from service.settings import Logging
 
 Make = Callable[..., TestClient]

@@ -14,8 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from models.base.errors import InvalidInput
-from service.mesh_archive import MeshArchive
 from service.settings import Limits
+from service.uploads.mesh_archive import MeshArchive
 from tests.support.own_robot import zipped
 
 LIMITS = Limits(max_entries=20, max_unpacked=3_000_000)

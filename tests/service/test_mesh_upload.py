@@ -13,7 +13,7 @@ import trimesh
 from fastapi.testclient import TestClient
 
 from service.app import create_app
-from service.library import Library
+from service.library.library import Library
 from service.settings import Settings
 from tests.service.conftest import FakeExecutor
 from tests.support.acceptance import FOLDER

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from service.jobs.job import Job, JobStatus
-from service.older_results import completed
-from service.resources import layout_text, summary
+from service.jobs.job_store import JobFilter
+from service.jobs.resources import layout_text, summary
+from service.results.older_results import completed
 from service.schemas.resources import LayoutSummary
 from service.schemas.result import LayoutResult
 from service.store.engine import FILE, sqlite_url
-from service.store.job_store import JobFilter
 from service.store.sql import SqlJobStore
 
 Document = dict[str, Any]

@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from service.keys import hash_line, new_key
-from service.library import Library
-from service.shelves import Shelves, View
+from service.http.keys import hash_line, new_key
+from service.library.library import Library
+from service.library.shelves import Shelves, View
 from service.workers.solving import solve_request
 from tests.service.test_robot_upload import REQUEST
 from tests.service.test_robot_upload import send as send_robot

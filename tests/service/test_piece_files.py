@@ -17,12 +17,12 @@ from models.geometry import link_meshes
 from models.geometry.decomposition import decompose
 from models.geometry.meshes import read_triangles
 from models.geometry.piece_cache import PiecesInMemory, key_of
-from service import mesh_intake
-from service.issues import InvalidRequest
-from service.mesh_intake import mesh_from_file
-from service.piece_files import PieceFiles
-from service.robot_intake import RobotFiles, robot_from_files
+from service.common.issues import InvalidRequest
+from service.library.piece_files import PieceFiles
 from service.settings import Limits
+from service.uploads import mesh_intake
+from service.uploads.mesh_intake import mesh_from_file
+from service.uploads.robot_intake import RobotFiles, robot_from_files
 from tests.service.test_robot_upload import send
 from tests.support.own_robot import as_stl, fork, meshes, urdf, zipped
 

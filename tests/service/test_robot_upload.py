@@ -16,7 +16,7 @@ from fastapi.testclient import TestClient
 
 from models.catalogue import catalogue
 from service.app import create_app
-from service.library import Library
+from service.library.library import Library
 from service.requests.accept import accept
 from service.settings import Settings
 from service.workers.solving import solve_request
@@ -392,7 +392,7 @@ def test_a_reader_that_breaks_down_takes_nothing_with_it(
 ) -> None:
     client = client_with()
     with monkeypatch.context() as patch:
-        patch.setattr("service.uploads.robot_from_upload", crash)
+        patch.setattr("service.uploads.uploads.robot_from_upload", crash)
         answer = send(client)
     assert answer.status_code == 422
     assert answer.json()["code"] == "invalid-upload"

@@ -9,7 +9,7 @@ import pytest
 
 from models.description.urdf import robot_from_urdf
 from models.robot.robot import Robot
-from service.issues import Issues
+from service.common.issues import Issues
 from service.requests.shared_joints import check_shared_joints
 from tests.support.acceptance import FOLDER
 from tests.support.arms import make_arm

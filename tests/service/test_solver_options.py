@@ -9,7 +9,7 @@ import casadi
 import pytest
 
 from optimizer.nlp import solve
-from service.issues import InvalidRequest
+from service.common.issues import InvalidRequest
 from service.requests.accept import accept
 from service.schemas.request import EXAMPLE
 from service.settings import Settings

@@ -19,9 +19,9 @@ from opentelemetry.sdk.trace import TracerProvider
 from opentelemetry.sdk.trace.export import SimpleSpanProcessor
 from opentelemetry.sdk.trace.export.in_memory_span_exporter import InMemorySpanExporter
 
-from service import telemetry
 from service.app import create_app
-from service.demo import serving
+from service.cli.demo import serving
+from service.observability import telemetry
 from service.settings import Settings
 
 ROOT = Path(__file__).parents[2]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from service.urdf_on_disk import robot_on_disk
+from service.uploads.urdf_on_disk import robot_on_disk
 from tests.support.acceptance import FOLDER
 
 

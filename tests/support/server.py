@@ -17,7 +17,7 @@ from urllib.request import urlopen
 
 import httpx2
 
-from service.demo import free_port
+from service.cli.demo import free_port
 
 Document = dict[str, Any]
 REPOSITORY = Path(__file__).parents[2]
@@ -47,7 +47,7 @@ class Server:
 
     def start(self) -> None:
         """Start it; it does not listen yet."""
-        command = [sys.executable, "-m", "service.cli", "serve", "--port", str(self._port)]
+        command = [sys.executable, "-m", "service.cli.main", "serve", "--port", str(self._port)]
         with self._log.open("ab") as log:
             self.process = subprocess.Popen(
                 command, cwd=REPOSITORY, env=os.environ | self._environment, stdout=log, stderr=subprocess.STDOUT

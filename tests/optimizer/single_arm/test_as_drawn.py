@@ -24,11 +24,11 @@ from models.robot.robot import Robot
 from optimizer.optimize import optimize
 from optimizer.results.layout import Outcome
 from optimizer.settings import Settings
-from service.convert import cell_of
-from service.library import Library
+from service.library.library import Library
+from service.library.user_robot import UserRobot
+from service.requests.convert import cell_of
 from service.requests.warnings import warnings_of
 from service.schemas.request import LayoutRequest
-from service.user_robot import UserRobot
 from tests.models.test_nominal import calibrated
 from tests.support.acceptance import FOLDER
 from tests.support.arms import make_arm, region

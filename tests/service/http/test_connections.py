@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 import uvicorn
 
+from service.common.problems import Problem
 from service.http import connections
 from service.http.arriving import arriving
 from service.http.connections import Connection
-from service.problems import Problem
 
 
 async def slow(scope: Any, receive: Any, send: Any) -> None:

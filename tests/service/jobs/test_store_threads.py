@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from service.jobs import store_threads
+from service.jobs.job_store import StoreUnavailable
 from service.jobs.store_threads import StoreThreads
-from service.store.job_store import StoreUnavailable
 
 
 class Blocking:

@@ -7,7 +7,7 @@ import pytest
 
 from optimizer.optimize import optimize
 from optimizer.results.layout import Layout, Outcome, Search
-from service.convert import cell_of
+from service.requests.convert import cell_of
 from service.requests.warnings import warnings_of
 from service.schemas.request import EXAMPLE, LayoutRequest
 from service.validation import validate

@@ -9,7 +9,7 @@ from uuid import uuid4
 import pytest
 
 from service.jobs.job import Ending, Failure, Job, JobEvent, JobStatus
-from service.store.job_store import JobFilter, JobStore, KeyTaken, StoreUnavailable
+from service.jobs.job_store import JobFilter, JobStore, KeyTaken, StoreUnavailable
 
 Open = Callable[[], JobStore]
 

@@ -9,8 +9,8 @@ from sqlalchemy import text
 
 from bench.chaos.on_postgres import terminate_locks
 from service.jobs.job import Ending, JobStatus
+from service.jobs.job_store import JobFilter, LeaseLost, StoreUnavailable
 from service.store.engine import FILE, make_engine, sqlite_url
-from service.store.job_store import JobFilter, LeaseLost, StoreUnavailable
 from service.store.lease import EXPIRES, StoreLease
 from service.store.sql import SqlJobStore
 from tests.service.store.test_job_store import DONE, added, event, job, running

@@ -10,10 +10,10 @@ from sqlalchemy import text
 
 from bench.chaos.proxy import Proxy, proxied
 from service.app import create_app
+from service.jobs.job_store import StoreUnavailable
 from service.settings import Settings
 from service.store import bounded_connection, engine
 from service.store.engine import checked_url, make_engine
-from service.store.job_store import StoreUnavailable
 from service.store.sql import SqlJobStore
 from tests.service.conftest import FakeExecutor
 from tests.service.store.test_job_store import job

@@ -10,8 +10,8 @@ from alembic import command
 from alembic.script import ScriptDirectory
 
 from service.jobs.job import JobStatus
+from service.jobs.job_store import JobFilter, StoreUnavailable
 from service.store.engine import FILE, make_engine, sqlite_url
-from service.store.job_store import JobFilter, StoreUnavailable
 from service.store.migrate import HEAD, configuration, revision, upgrade
 from service.store.sql import SqlJobStore
 from tests.support import postgres

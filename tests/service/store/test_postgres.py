@@ -8,9 +8,9 @@ from pydantic import SecretStr
 from sqlalchemy import text
 
 from service.app import create_app
+from service.jobs.job_store import StoreUnavailable
 from service.settings import Settings
 from service.store.engine import checked_url, make_engine
-from service.store.job_store import StoreUnavailable
 from service.store.sql import SqlJobStore
 from tests.service.conftest import FakeExecutor
 from tests.support.server import has, line_request, until

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from service.jobs.job_store import JobFilter, StoreUnavailable
 from service.store import engine
 from service.store.engine import FILE, sqlite_url
-from service.store.job_store import JobFilter, StoreUnavailable
 from service.store.sql import SqlJobStore
 from tests.service.store.test_job_store import DONE, added, job, running
 

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from service.issues import InvalidRequest
-from service.library import Library
+from service.common.issues import InvalidRequest
+from service.library.library import Library
+from service.library.user_mesh import UserMesh, mesh_document
 from service.requests.accept import accept
 from service.schemas.request import EXAMPLE
 from service.settings import Limits
-from service.user_mesh import UserMesh, mesh_document
 
 CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 

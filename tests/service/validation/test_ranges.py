@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from service.issues import InvalidRequest
+from service.common.issues import InvalidRequest
 from service.requests.accept import accept, accept_evaluation
 from service.schemas.evaluate import EVALUATE_EXAMPLE
 from service.schemas.request import EXAMPLE

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from service.issues import InvalidRequest
+from service.common.issues import InvalidRequest
 from service.validation.strict_json import MOST_FIELDS, NotJson, parse
 
 

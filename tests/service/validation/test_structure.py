@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from service.error_handlers import as_problem
-from service.issues import InvalidRequest
-from service.problems import response
+from service.common.issues import InvalidRequest
+from service.common.problems import response
+from service.http.error_handlers import as_problem
 from service.requests.accept import accept, accept_evaluation
 from service.schemas.evaluate import EVALUATE_EXAMPLE
 from service.schemas.request import EXAMPLE

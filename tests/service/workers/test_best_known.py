@@ -15,7 +15,7 @@ from optimizer.progress.interim import interim_layout
 from optimizer.progress.known import Solved, Usable
 from optimizer.results.layout import Outcome
 from optimizer.settings import Settings, ToleranceSettings
-from service.issues import Issue
+from service.common.issues import Issue
 from service.schemas.request import EXAMPLE, LayoutRequest
 from service.workers.best_known import BestKnown, KnownAnswer
 from service.workers.worker import Answer
@@ -44,7 +44,7 @@ def first() -> Usable:
 
 
 def made() -> Cell:
-    from service.convert import cell_of
+    from service.requests.convert import cell_of
 
     return cell_of(LayoutRequest.model_validate(EXAMPLE | {"certificate": None}), None)
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from service.issues import InvalidRequest
+from service.common.issues import InvalidRequest
 from service.workers import fork_server
 from service.workers.import_worker import ImportWorker
 from tests.support.server import alive, children

@@ -1,0 +1,127 @@
+"""From a valid request to the objects of the lower floors; the last place where input is refused."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+
+from models.base.arrays import Floats
+from models.cell.cell import Cell
+from optimizer.settings import CertificateSettings, Settings, ToleranceSettings
+from service.common.issues import Issues
+from service.library.library import Library
+from service.requests.convert_arm import arm_of
+from service.requests.convert_coupling import couplings_of
+from service.requests.convert_surroundings import surroundings_of
+from service.requests.convert_task import task_of, with_grasps
+from service.requests.shared_joints import check_shared_joints
+from service.schemas.evaluate import EvaluateRequest
+from service.schemas.request import Certificate, LayoutRequest
+
+
+def cell_of(request: LayoutRequest, library: Library | None = None) -> Cell:
+    """The cell that a request describes.
+
+    Args:
+        request: a valid request.
+        library: what users brought; its robots are looked up before the catalogue.
+
+    Raises:
+        InvalidRequest: with everything that is wrong with it.
+    """
+    issues = Issues()
+    _check_baselines(request, issues)
+    _check_names(request, issues)
+    task = task_of(request, issues)
+    robots = {} if library is None else library.robots()
+    made = [arm_of(arm, f"/arms/{index}", robots, issues) for index, arm in enumerate(request.arms)]
+    check_shared_joints(made, issues)
+    arms = with_grasps(request, made, issues)
+    robots_made = [None if arm is None else arm.robot for arm in made]
+    surroundings = surroundings_of(request, robots_made, library, issues)
+    couplings = couplings_of(request.coupling, [arm.name for arm in request.arms], issues)
+    _check_tolerance(request, issues)
+    issues.raise_any()
+    if task is None or surroundings is None:
+        raise AssertionError("a task or surroundings that could not be made left no issue")
+    return Cell(
+        task=task,
+        arms=tuple(arms),
+        max_joint_step=min(request.max_joint_step, pi),
+        name=request.name,
+        surroundings=surroundings,
+        couplings=couplings,
+    )
+
+
+def joints_of(request: EvaluateRequest, cell: Cell) -> list[Floats | None]:
+    """Joint values to be checked, per arm (m, n) rad or None.
+
+    Args:
+        request: a valid request.
+        cell: that it describes.
+
+    Raises:
+        InvalidRequest: there is not one row per pose and one value per joint.
+    """
+    issues = Issues()
+    found: list[Floats | None] = []
+    for index, (arm, made) in enumerate(zip(request.arms, cell.arms, strict=True)):
+        pointer, rows = f"/arms/{index}/joints", arm.joints
+        if rows is not None and len(rows) != len(cell.task):
+            issues.add(
+                pointer,
+                f"{len(rows)} rows, but the task has {len(cell.task)} poses; one row per pose is needed. "
+                "Send null to have a path found.",
+            )
+        for pose, row in enumerate(rows or []):
+            if len(row) != made.dof:
+                issues.add(
+                    f"{pointer}/{pose}",
+                    f"{len(row)} values, but {made.robot.name} has {made.dof} joints; one per joint is needed. "
+                    f"The joints are {', '.join(made.robot.joint_names)}.",
+                )
+        found.append(None if rows is None or issues.found else np.array(rows))
+    issues.raise_any()
+    return found
+
+
+def settings_of(request: LayoutRequest, time_limit: float) -> Settings:
+    """What the optimizer is told about the way; ``time_limit`` [s] holds where the request has none."""
+    tolerance, certificate = request.tolerance, request.certificate
+    return Settings(
+        time_limit=time_limit if request.time_limit is None else request.time_limit,
+        certificate=CertificateSettings(certificate.gap, certificate.time_limit)
+        if isinstance(certificate, Certificate)
+        else certificate,
+        baselines=tuple(request.baselines),
+        alternatives=request.alternatives,
+        tolerance=None if tolerance is None else ToleranceSettings(tolerance.position, tolerance.angle),
+        explain=request.explain,
+    )
+
+
+def _check_baselines(request: LayoutRequest, issues: Issues) -> None:
+    """Refuse repetitions."""
+    for index, name in enumerate(request.baselines):
+        if name in request.baselines[:index]:
+            issues.add(f"/baselines/{index}", f"{name!r} is asked for twice; once is enough. Remove one.")
+
+
+def _check_tolerance(request: LayoutRequest, issues: Issues) -> None:
+    """Refuse errors of nothing."""
+    if request.tolerance is not None and request.tolerance.position == request.tolerance.angle == 0.0:
+        issues.add(
+            "/tolerance", "position and angle are both 0; at least one must be positive. Send null if it is not asked."
+        )
+
+
+def _check_names(request: LayoutRequest, issues: Issues) -> None:
+    """Refuse two arms of the same name."""
+    names = [arm.name for arm in request.arms]
+    for index, name in enumerate(names):
+        if name in names[:index]:
+            issues.add(
+                f"/arms/{index}/name", f"Another arm is called {name!r} too; names must be unique. Rename one of them."
+            )

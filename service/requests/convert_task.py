@@ -1,0 +1,83 @@
+"""The task of a request: one way of the part, or a family of jobs with grasps of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from models.cell.family import Job, family
+from models.cell.task import Task as ModelTask
+from models.cell.task import arc_about_normal, arc_through_center, line, task_from_poses
+from models.robot.arm import Arm
+from service.common.issues import Issues, pointer_of, shortened
+from service.requests.convert_pose import pose_of, poses_of
+from service.schemas.request import LayoutRequest
+from service.schemas.task import ArcByCenter, ArcByRadius, LineTask, PosesTask, Task
+
+
+def task_of(request: LayoutRequest, issues: Issues) -> ModelTask | None:
+    """The poses of a request, or None if issues had to be noted."""
+    if (request.task is None) == (request.tasks is None):
+        given = "Both are given. Remove one" if request.task is not None else "'task' is missing. Add it"
+        issues.add("/task", f"{given}: exactly one of task, tasks is needed.")
+        return None
+    if request.task is not None:
+        return _path(request.task, "/task", issues)
+    jobs = []
+    names = [job.name for job in request.tasks or []]
+    taken: set[str] = set()
+    for index, job in enumerate(request.tasks or []):
+        if job.name in taken:
+            issues.add(
+                f"/tasks/{index}/name", f"Another job is called {job.name!r} too; names must be unique. Rename one."
+            )
+        taken.add(job.name)
+        path = _path(job.task, f"/tasks/{index}/task", issues)
+        if path is not None:
+            jobs.append(Job(job.name, path, job.weight))
+    return family(jobs) if len(jobs) == len(names) else None
+
+
+def with_grasps(request: LayoutRequest, arms: Sequence[Arm | None], issues: Issues) -> list[Arm]:
+    """The arms with the grasps that the jobs of a family give them; those that could not be made are left out."""
+    jobs = request.tasks or []
+    names = [arm.name for arm in request.arms]
+    given = {}
+    for index, job in enumerate(jobs):
+        for name, pose in job.grasps.items():
+            pointer = pointer_of(["tasks", index, "grasps", name])
+            if name not in names:
+                issues.add(pointer, f"No arm is called {shortened(name)}; the arms are {', '.join(map(repr, names))}.")
+            given[index, name] = pose_of(pose, pointer, issues)
+    made = []
+    for arm in arms:
+        if arm is not None:
+            own = [given.get((index, arm.name)) for index in range(len(jobs))]
+            grasps = np.array([arm.grasp if pose is None else pose for pose in own])
+            made.append(arm if all(pose is None for pose in own) else replace(arm, grasps=grasps))
+    return made
+
+
+def _path(task: Task, pointer: str, issues: Issues) -> ModelTask | None:
+    """The poses of one way, or None if issues had to be noted."""
+    before = len(issues.found)
+    if isinstance(task, PosesTask):
+        poses = poses_of(task.poses, f"{pointer}/poses", issues)
+        if poses is not None:
+            with issues.at(pointer):
+                return task_from_poses(poses)
+        return None
+    pointer, path = (f"{pointer}/line", task.line) if isinstance(task, LineTask) else (f"{pointer}/arc", task.arc)
+    start = pose_of(path.start, f"{pointer}/start", issues)
+    end = pose_of(path.end, f"{pointer}/end", issues)
+    if len(issues.found) > before:
+        return None
+    with issues.at(pointer):
+        if isinstance(path, ArcByCenter):
+            return arc_through_center(start, end, path.center, path.count)
+        if isinstance(path, ArcByRadius):
+            return arc_about_normal(start, end, path.radius, path.normal, path.count)
+        return line(start, end, path.count)
+    return None

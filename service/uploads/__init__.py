@@ -1,0 +1,1 @@
+"""Robots and meshes that users send: forms, archives, descriptions, checked before they are kept."""

@@ -1,0 +1,277 @@
+"""Robots and meshes that users send: read, checked, kept; and removed again."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import AsyncExitStack, contextmanager
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from fastapi import Request
+from fastapi.concurrency import run_in_threadpool
+
+from models.catalogue import catalogue
+from service.common.issues import InvalidRequest, Issue, shortened
+from service.common.problems import Problem
+from service.jobs.resources import timestamp
+from service.library.library import Library
+from service.library.shelf import NAME, Shelf
+from service.library.user_mesh import UserMesh, mesh_document
+from service.library.user_robot import as_document
+from service.schemas.arm import LinearLimit, LinearLimitRows
+from service.settings import Limits, Settings
+from service.uploads.form import Form, read_form
+from service.uploads.imports import Import, Imports
+from service.uploads.mesh_intake import mesh_from_file
+from service.uploads.robot_intake import RobotFiles, robot_from_upload
+from service.validation import validate
+from service.validation.strict_json import NotJson, parse
+from service.workers.executor import Report
+from service.workers.import_worker import ImportWorker
+
+log = logging.getLogger(__name__)
+
+MOST_LABEL = 200
+"""Characters of the label of a mesh."""
+
+
+async def take_robot(request: Request, library: Library, intake: ImportWorker, settings: Settings) -> str:
+    """Keep the robot in the body of a request; returns its name.
+
+    Raises:
+        Problem: the body is no form or too large, the name is taken, there is no place for another robot.
+        InvalidRequest: the robot cannot be used.
+    """
+    async with intake.place():
+        files = await _robot_sent(request, library, settings)
+        await _keep_robot(files, library, intake, settings, lambda kind, data: None)
+    return files.name
+
+
+async def begin_robot(
+    request: Request, library: Library, intake: ImportWorker, settings: Settings, imports: Imports, owner: str
+) -> Import:
+    """As `take_robot`, but once the body is there nobody waits for the rest.
+
+    Raises:
+        Problem, InvalidRequest: as far as that is seen without the files being read.
+    """
+    async with AsyncExitStack() as stack:
+        await stack.enter_async_context(intake.place())
+        files = await _robot_sent(request, library, settings)
+        held = stack.pop_all()
+
+    async def work(report: Report) -> None:
+        async with held:
+            await _keep_robot(files, library, intake, settings, report)
+
+    return imports.begin(owner, files.name, work)
+
+
+async def _robot_sent(request: Request, library: Library, settings: Settings) -> RobotFiles:
+    """What a request brings, if there is a place for it."""
+    form = await read_form(
+        request,
+        texts=("name", "base_link", "tip", "missing_meshes", "linear_limits"),
+        files=("urdf", "meshes"),
+        required=("name", "urdf"),
+        most=settings.max_upload,
+        within=settings.upload_time_limit,
+    )
+    name = form.texts["name"]
+    _check_missing_meshes(form)
+    files = _robot_files(name, form)
+    await run_in_threadpool(_check_name, name, library)
+    _check_place(library.robot_shelf, settings)
+    return files
+
+
+async def _keep_robot(
+    files: RobotFiles, library: Library, intake: ImportWorker, settings: Settings, report: Report
+) -> None:
+    limits = Limits(**settings.model_dump())
+    robot = await intake.run(robot_from_upload, files, limits, _pieces(settings), report=report)
+    dated = replace(robot, created_at=timestamp(datetime.now(UTC)) or "")
+    if not await run_in_threadpool(_put, library, library.robot_shelf, files.name, as_document(dated), settings):
+        raise _exists(files.name)
+
+
+async def take_mesh(
+    request: Request, library: Library, intake: ImportWorker, settings: Settings
+) -> tuple[UserMesh, bool]:
+    """Keep the mesh in the body of a request; returns it, and whether it is new.
+
+    Raises:
+        Problem: the body is no form or too large, or there is no place for another mesh.
+        InvalidRequest: the mesh cannot be used.
+    """
+    async with intake.place():
+        form = await read_form(
+            request,
+            texts=("name",),
+            files=("mesh",),
+            required=("mesh",),
+            most=settings.max_upload,
+            within=settings.upload_time_limit,
+        )
+        file = form.files["mesh"]
+        label = form.texts.get("name", file.name)
+        _check_label(label)
+        _check_place(library.mesh_shelf, settings)
+        mesh = await intake.run(mesh_from_file, file.data, file.name, label, _pieces(settings))
+    dated = replace(mesh, created_at=timestamp(datetime.now(UTC)) or "")
+    new = await run_in_threadpool(_put, library, library.mesh_shelf, mesh.id, mesh_document(dated), settings)
+    kept = await run_in_threadpool(library.user_mesh, mesh.id)
+    return kept or dated, new
+
+
+def drop_robot(name: str, library: Library, settings: Settings) -> None:
+    """Remove a user's robot; layouts that were accepted before still get it for a while.
+
+    Raises:
+        Problem: there is no such robot, it is one of the catalogue, or everybody's where keys are told apart.
+    """
+    if name in catalogue.names():
+        raise Problem(
+            "catalogue-robot", f"{name} belongs to the catalogue and stays. Only uploaded robots can be deleted."
+        )
+    found = library.user_robot(name) if NAME.fullmatch(name) else None
+    shelf = library.shelf_of_robot(name)
+    _check_own(shelf, library.robot_shelf, library, shortened(name))
+    with _writing():
+        taken = found is not None and shelf is not None and shelf.take(name, found.version)
+        library.forget(settings.keep_deleted)
+    if not taken:
+        raise Problem("robot-not-found", f"No uploaded robot is called {shortened(name)}. `GET /v1/robots` lists them.")
+
+
+def drop_mesh(mesh_id: str, library: Library, settings: Settings) -> None:
+    """Remove a mesh; layouts that were accepted before still get it for a while.
+
+    Raises:
+        Problem: there is no such mesh.
+    """
+    shelf = library.shelf_of_mesh(mesh_id)
+    _check_own(shelf, library.mesh_shelf, library, f"mesh {shortened(mesh_id)}")
+    with _writing():
+        taken = shelf is not None and shelf.take(mesh_id, mesh_id)
+        library.forget(settings.keep_deleted)
+    if not taken:
+        raise no_mesh(mesh_id)
+
+
+def _check_own(shelf: Shelf | None, own: Shelf, library: Library, what: str) -> None:
+    """Refuse to delete for one key what all of them use."""
+    if shelf is not None and shelf is not own and not library.sees_everything:
+        raise Problem(
+            "belongs-to-all",
+            f"{what} was brought while no keys were in use, or all was shared, and belongs to everybody. The operator "
+            "can delete it.",
+        )
+
+
+def no_mesh(mesh_id: str) -> Problem:
+    """What to say about a mesh that is not there."""
+    return Problem("mesh-not-found", f"There is no mesh {shortened(mesh_id)}. `GET /v1/meshes` lists all of them.")
+
+
+def _pieces(settings: Settings) -> Path:
+    """Where convex pieces of meshes are kept: they belong to nobody, for who has the same mesh has them too."""
+    return settings.data_dir.absolute() / "pieces"
+
+
+def _robot_files(name: str, form: Form) -> RobotFiles:
+    urdf, meshes = form.files["urdf"], form.files.get("meshes")
+    return RobotFiles(
+        name=name,
+        file=_printable(urdf.name) or "robot.urdf",
+        urdf=urdf.data,
+        meshes=None if meshes is None else meshes.data,
+        base_link=form.texts.get("base_link"),
+        tip=form.texts.get("tip"),
+        missing_meshes="estimate" if form.texts.get("missing_meshes") == "estimate" else "refuse",
+        linear_limits=_linear_limits(form),
+    )
+
+
+def _linear_limits(form: Form) -> tuple[LinearLimit, ...]:
+    """Limits between joints, read but for what they mean to the robot.
+
+    Raises:
+        InvalidRequest: the part is no such list.
+    """
+    text = form.texts.get("linear_limits", "[]")
+    try:
+        rows = parse(text.encode())
+    except NotJson as error:
+        raise InvalidRequest([Issue("/linear_limits", error.detail)]) from error
+    return tuple(validate(LinearLimitRows, {"linear_limits": rows}).linear_limits)
+
+
+def _check_missing_meshes(form: Form) -> None:
+    """Refuse other words than there are."""
+    word = form.texts.get("missing_meshes", "refuse")
+    if word not in ("refuse", "estimate"):
+        detail = f'{shortened(word)} is not known; allowed are "refuse" and "estimate". Choose one.'
+        raise InvalidRequest([Issue("/missing_meshes", detail)])
+
+
+def _printable(name: str) -> str:
+    """A file name as it may appear in documents and tables."""
+    return "".join(letter for letter in name if letter.isprintable())[:100]
+
+
+def _check_name(name: str, library: Library) -> None:
+    """Refuse names that are no file names, and those that are taken, whatever the case of their letters."""
+    if not NAME.fullmatch(name):
+        detail = (
+            f"{shortened(name)} is no name for a robot; allowed are 1 to 64 letters a-z and A-Z, digits, '.', '_' and "
+            "'-', the first a letter or digit. Choose such a name."
+        )
+        raise InvalidRequest([Issue("/name", detail)])
+    if name.lower() in {known.lower() for known in catalogue.names()}:
+        detail = f"{name!r} is a robot of the catalogue. Choose another name."
+        raise Problem("catalogue-robot", detail, errors=[Issue("/name", detail)])
+    if name.lower() in {known.lower() for known in library.names()}:
+        raise _exists(name)
+
+
+def _exists(name: str) -> Problem:
+    detail = f"There is a robot {name!r} already. Choose another name, or delete it first."
+    return Problem("robot-exists", detail, errors=[Issue("/name", detail)])
+
+
+def _check_label(label: str) -> None:
+    if len(label) > MOST_LABEL or not label.isprintable():
+        detail = f"The name must have at most {MOST_LABEL} printable characters. Shorten it."
+        raise InvalidRequest([Issue("/name", detail)])
+
+
+def _check_place(shelf: Shelf, limits: Limits) -> None:
+    if shelf.count() >= limits.max_kept:
+        raise Problem(
+            "too-many-kept",
+            f"{shelf.count()} are kept, lately deleted ones included; allowed are {limits.max_kept} "
+            "(DUOCELL_MAX_KEPT). Delete some that are not needed any more.",
+        )
+
+
+def _put(library: Library, shelf: Shelf, name: str, document: dict[str, Any], limits: Limits) -> bool:
+    """Put a document on its shelf; False if there is one already."""
+    with _writing():
+        library.forget(limits.keep_deleted)
+        return shelf.put(name, document)
+
+
+@contextmanager
+def _writing() -> Iterator[None]:
+    """A block in which a full disk or a read-only folder is a problem and no crash."""
+    try:
+        yield
+    except OSError as error:
+        log.error("the data directory cannot be written: %s", error)
+        detail = f"The data directory cannot be written ({error.strerror}); nothing was changed. Try again later."
+        raise Problem("not-writable", detail) from error

@@ -13,12 +13,13 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from bench import cell_tables, chart, plain, report, tables
-from bench.cells import quick_cells, real_cells
-from bench.real_cells import CellResult, run_beam, run_cell
-from bench.run import FORMS, TaskResult, run_task
-from bench.tasks import all_tasks, quick_tasks
-from bench.thesis import thesis_table
+from bench.comparison import cell_tables, chart, report, tables
+from bench.comparison.real_cells import CellResult, run_beam, run_cell
+from bench.comparison.run import FORMS, TaskResult, run_task
+from bench.comparison.tasks import all_tasks, quick_tasks
+from bench.comparison.thesis import thesis_table
+from bench.draws.cells import quick_cells, real_cells
+from bench.timings import plain
 from optimizer.settings import Settings
 
 OUTPUT = Path("build/bench")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from bench.comparison.problem import Problem
 from bench.peers import cma_es, differential_evolution, grid, optuna_tpe, random_search, slsqp
-from bench.problem import Problem
 
 
 @dataclass(frozen=True, slots=True)

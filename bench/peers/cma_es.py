@@ -7,7 +7,7 @@ from itertools import count
 
 import numpy as np
 
-from bench.problem import Problem
+from bench.comparison.problem import Problem
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # it speaks of optional plotting packages when imported

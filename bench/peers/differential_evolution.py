@@ -7,7 +7,7 @@ from itertools import count
 import numpy as np
 from scipy.optimize import Bounds, differential_evolution
 
-from bench.problem import Problem
+from bench.comparison.problem import Problem
 from models.base.arrays import Floats
 
 

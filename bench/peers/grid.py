@@ -9,7 +9,7 @@ from itertools import count, islice, product
 
 import numpy as np
 
-from bench.problem import BATCH, Problem
+from bench.comparison.problem import BATCH, Problem
 
 
 def search(problem: Problem, seed: int) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import optuna
 
-from bench.problem import Problem
+from bench.comparison.problem import Problem
 
 
 def search(problem: Problem, seed: int) -> None:

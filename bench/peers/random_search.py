@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bench.problem import BATCH, Problem
+from bench.comparison.problem import BATCH, Problem
 
 
 def search(problem: Problem, seed: int) -> None:

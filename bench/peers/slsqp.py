@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import Bounds, minimize
 
-from bench.problem import Problem
+from bench.comparison.problem import Problem
 from models.base.arrays import Floats
 
 STEP = 1e-7

@@ -14,7 +14,7 @@ from pathlib import Path
 from bench.random_arms.draw import KINDS
 from bench.random_arms.judge import Known, Trial, judged
 from bench.random_arms.table import table
-from bench.trial import append, read
+from bench.trials.trial import append, read
 
 OUTPUT = Path("build/bench/random_arms.jsonl")
 

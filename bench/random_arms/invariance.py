@@ -13,7 +13,7 @@ from time import perf_counter
 import numpy as np
 
 from bench.random_arms.draw import KINDS, draw
-from bench.trial import Record, options_of, run, table
+from bench.trials.trial import Record, options_of, run, table
 from models.base.pose import rotation_z, transform
 from models.cell.cell import Cell
 from models.cell.task import Task

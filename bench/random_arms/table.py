@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bench.random_arms.judge import Trial
-from bench.trial import table as markdown
+from bench.trials.trial import table as markdown
 
 
 def table(trials: Sequence[Trial]) -> str:

@@ -15,7 +15,7 @@ import pytest
 
 from service.schemas.request import EXAMPLE
 from service.settings import Settings
-from tests.support import own_robot
+from tests.support.given import own_robot
 from tests.support.markdown import assert_shown, blocks_of
 
 ROOT = Path(__file__).parents[2]

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench.dense_check import judge
+from bench.judges.dense_check import judge
 from models.base.pose import rotation_angle
 from models.cell.surroundings import Clearances
 from optimizer.optimize import optimize

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import time
 
-from bench.cells import real_cell
-from bench.dense_check import judge
+from bench.draws.cells import real_cell
+from bench.judges.dense_check import judge
 from optimizer.advice import with_advice
 from optimizer.infeasibility.explain import explain
 from optimizer.infeasibility.searched.trial import clean
@@ -15,8 +15,8 @@ from optimizer.results.findings import Explanation
 from optimizer.results.layout import Outcome
 from optimizer.settings import Settings, ToleranceSettings
 from optimizer.verification.scene import Scene
-from tests.support.arms import region
-from tests.support.blocked import (
+from tests.support.given.arms import region
+from tests.support.given.blocked import (
     NOTHING,
     carried,
     far_box,

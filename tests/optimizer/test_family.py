@@ -20,12 +20,12 @@ from optimizer.optimize import optimize
 from optimizer.reduction.reduced import evaluate, reduced_problem
 from optimizer.results.layout import Outcome
 from optimizer.settings import CertificateSettings, Settings
-from tests.support.answers import assert_sound
-from tests.support.arms import make_arm, region
-from tests.support.brute import brute_force, cost_at
-from tests.support.families import possible_family
-from tests.support.tasks import possible
-from tests.support.thesis import CELLS, MAIN_GRASP, UP_LEFT
+from tests.support.given.arms import make_arm, region
+from tests.support.given.families import possible_family
+from tests.support.given.tasks import possible
+from tests.support.given.thesis import CELLS, MAIN_GRASP, UP_LEFT
+from tests.support.oracles.answers import assert_sound
+from tests.support.oracles.brute import brute_force, cost_at
 
 LINE = CELLS["line"]
 HERE = np.eye(3)

@@ -23,10 +23,10 @@ from optimizer.optimize import optimize
 from optimizer.reduction.reduced import evaluate, reduced_problem
 from optimizer.results.layout import Layout, Outcome
 from optimizer.settings import CertificateSettings, Settings, ToleranceSettings
-from tests.support.arms import make_arm, region
-from tests.support.brute import USELESS, _paths, branches_of, path_cost
-from tests.support.cells import Scene
-from tests.support.dense import dense_path
+from tests.support.given.arms import make_arm, region
+from tests.support.given.cells import Scene
+from tests.support.oracles.brute import USELESS, _paths, branches_of, path_cost
+from tests.support.oracles.dense import dense_path
 
 TOOL = transform(np.eye(3), [0.0, 0.0, 0.1])
 SHOULDER = [0.0, 1.0, 1.0, 0.0, 0.0, 0.0]

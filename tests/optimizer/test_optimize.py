@@ -17,9 +17,9 @@ from models.kinematics.closed_form import closed_form
 from models.kinematics.kinematics import flange_poses
 from models.robot.posture import ALL_SIGNS, Posture, name_signs
 from optimizer.optimize import optimize
-from tests.support.answers import assert_sound, reached, solved
-from tests.support.arms import general_six, make_arm, oblique_wrist, puma_by_table, region, skew_robot
-from tests.support.tasks import Possible, possible
+from tests.support.given.arms import general_six, make_arm, oblique_wrist, puma_by_table, region, skew_robot
+from tests.support.given.tasks import Possible, possible
+from tests.support.oracles.answers import assert_sound, reached, solved
 
 ROOT = Path(__file__).resolve().parents[2]
 FREE = np.pi

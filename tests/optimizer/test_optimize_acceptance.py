@@ -10,8 +10,8 @@ import pytest
 from models.robot.posture import ELBOW, SHOULDER, WRIST
 from optimizer.optimize import optimize
 from optimizer.results.layout import Layout, Outcome
-from tests.support.acceptance import CASES, load
-from tests.support.answers import assert_sound, reached, turn_between
+from tests.support.given.acceptance import CASES, load
+from tests.support.oracles.answers import assert_sound, reached, turn_between
 
 NAMES = CASES
 

@@ -11,9 +11,9 @@ from models.cell.cell import Cell
 from models.cell.task import line
 from models.kinematics.kinematics import flange_poses, reach
 from optimizer.optimize import optimize
-from tests.support.answers import assert_ended, assert_sound
-from tests.support.arms import make_arm, region
-from tests.support.tasks import possible
+from tests.support.given.arms import make_arm, region
+from tests.support.given.tasks import possible
+from tests.support.oracles.answers import assert_ended, assert_sound
 
 LINE = (
     "puma560", "ur5e", "ur10e", "irb120", "lrmate200id", "kr6_r900", "rx160", "gp8", "iiwa14", "franka_panda",

@@ -7,9 +7,9 @@ import pytest
 
 from models.base.pose import rotation_from_rpy, rotation_x, rotation_z, transform
 from optimizer.optimize import optimize
-from tests.support.answers import assert_ended, assert_sound
-from tests.support.brute import USELESS, brute_force
-from tests.support.tasks import possible
+from tests.support.given.tasks import possible
+from tests.support.oracles.answers import assert_ended, assert_sound
+from tests.support.oracles.brute import USELESS, brute_force
 
 TOOL = transform(rotation_from_rpy((0.3, -0.5, 0.2)), [0.05, 0.0, 0.12])
 GRASP = transform(rotation_z(2.0), [0.1, -0.2, 0.0])

@@ -15,8 +15,8 @@ from models.cell.task import Task
 from optimizer.optimize import optimize
 from optimizer.results.layout import Outcome
 from optimizer.settings import Settings
-from tests.support.answers import solved
-from tests.support.tasks import possible
+from tests.support.given.tasks import possible
+from tests.support.oracles.answers import solved
 
 ROOT = Path(__file__).resolve().parents[2]
 FREE = np.pi
@@ -45,7 +45,7 @@ def test_a_long_path_along_the_edge_of_the_workspace_does_not_use_up_the_time():
 SCRIPT = """
 import json, sys
 import numpy as np
-from tests.support.tasks import possible
+from tests.support.given.tasks import possible
 from optimizer.optimize import optimize
 result = []
 for name in json.loads(sys.argv[1]):

@@ -10,7 +10,7 @@ from itertools import count
 import numpy as np
 import pytest
 
-from bench.kept_requests import kept
+from bench.kept.kept_requests import kept
 from models.cell.coupling import Distance
 from models.cell.surroundings import Clearances, Surroundings
 from models.geometry.shapes import Body, Box
@@ -24,10 +24,10 @@ from service.requests.accept import accept
 from service.requests.convert import cell_of
 from service.schemas.request import LayoutRequest
 from service.settings import Settings as ServiceSettings
-from tests.support.acceptance import load
-from tests.support.answers import assert_ended
-from tests.support.arms import region
-from tests.support.tasks import possible
+from tests.support.given.acceptance import load
+from tests.support.given.arms import region
+from tests.support.given.tasks import possible
+from tests.support.oracles.answers import assert_ended
 
 LINE, _ = load("line")
 

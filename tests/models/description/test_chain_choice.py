@@ -11,7 +11,7 @@ from models.base.errors import InvalidRobot
 from models.description.chain_choice import ChainChoice, choose_chain
 from models.description.link_tree import LinkTree
 from models.description.urdf_file import read_document
-from tests.support.acceptance import FOLDER
+from tests.support.given.acceptance import FOLDER
 
 
 def tree(*joints: str) -> LinkTree:

@@ -9,7 +9,7 @@ import trimesh
 from models.base.errors import InvalidInput
 from models.geometry.decomposition import decompose, sticking_out
 from models.geometry.meshes import Mesh, read_triangles
-from tests.support.acceptance import FOLDER
+from tests.support.given.acceptance import FOLDER
 
 
 def bent_link() -> trimesh.Trimesh:

@@ -13,7 +13,7 @@ from models.geometry.floor_level import bulges_below, ends_at, highest
 from models.geometry.separation import separation
 from models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
 from models.robot.arm import Interval
-from tests.support.arms import make_arm, region
+from tests.support.given.arms import make_arm, region
 
 LYING, LEANING, STEEP = rotation_x(np.pi / 2), rotation_x(0.6), rotation_x(1.2)
 FRUSTUM = np.array([[x * s, y * s, z] for z, s in ((-0.5, 1.0), (0.5, 0.3)) for x in (-1, 1) for y in (-1, 1)])

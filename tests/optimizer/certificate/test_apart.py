@@ -24,8 +24,8 @@ from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.nlp.measure import objective_of
 from optimizer.reduction.reduced import reduced_problem
 from optimizer.single_arm.as_drawn import problem_of_drawing
-from tests.models.test_nominal import calibrated
-from tests.support.arms import make_arm, region
+from tests.models.kinematics.test_nominal import calibrated
+from tests.support.given.arms import make_arm, region
 
 TILT = 2e-8
 """rad of joint axes 2 and 4, as files with eight digits have them."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bench.cells import real_cell
+from bench.draws.cells import real_cell
 from optimizer.certificate.arm_tree import ArmTree
 from optimizer.certificate.certify import certify
 from optimizer.coupled.combinations.pool import alone_scene, own_lacks

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bench.cells import real_cell
+from bench.draws.cells import real_cell
 from models.cell.cell import Cell
 from models.robot.arm import BaseRegion, Interval
 from optimizer.certificate.cell_proof import CellProof, prove_cell

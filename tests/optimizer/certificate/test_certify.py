@@ -24,9 +24,9 @@ from optimizer.reduction.reduced import (
 from optimizer.results.proof import Incumbent
 from optimizer.settings import CertificateSettings
 from optimizer.verification.verify import LIMITS
-from tests.support.arms import make_arm, region
-from tests.support.boxes import MOUNTS, random_problem
-from tests.support.thesis import BEST_KNOWN, CELLS, LOWER_BOUNDS
+from tests.support.given.arms import make_arm, region
+from tests.support.given.boxes import MOUNTS, random_problem
+from tests.support.given.thesis import BEST_KNOWN, CELLS, LOWER_BOUNDS
 
 CASES = [(name, index) for name in CELLS for index in (0, 1)]
 

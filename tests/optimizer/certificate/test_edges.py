@@ -24,10 +24,10 @@ from optimizer.nlp.program import ArmPoint
 from optimizer.reduction.reduced import ReducedProblem, evaluate, evaluate_signed, reduced_problem
 from optimizer.settings import CertificateSettings
 from optimizer.verification.scene import Scene
-from tests.support.arms import make_arm, oblique_wrist, region
-from tests.support.blocked import far_box, one_arm
-from tests.support.tasks import way_of_joints
-from tests.support.thesis import CELLS
+from tests.support.given.arms import make_arm, oblique_wrist, region
+from tests.support.given.blocked import far_box, one_arm
+from tests.support.given.tasks import way_of_joints
+from tests.support.given.thesis import CELLS
 
 KEPT, FAR = 5e-7, 1e-4
 """Of what is asked for: it counts as kept, and it does not."""

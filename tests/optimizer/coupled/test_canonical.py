@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.images import moved, reversed_arms, reversed_obstacles, reversed_poses
+from bench.draws.images import moved, reversed_arms, reversed_obstacles, reversed_poses
 from models.base.pose import rotation_z, transform
 from models.cell.cell import Cell
 from models.cell.coupling import Mirror, SameHeight
@@ -19,7 +19,7 @@ from optimizer.coupled.canonical import CanonicalForm
 from optimizer.nlp.program import ArmPoint
 from optimizer.optimize import optimize
 from optimizer.settings import Settings
-from tests.support.arms import make_arm, region
+from tests.support.given.arms import make_arm, region
 
 WEIGHTS = np.array([1.0, 2.0, 1.0, 1.0, 0.5])
 

@@ -18,8 +18,8 @@ from optimizer.evaluation.evaluate import evaluate_layout
 from optimizer.optimize import optimize
 from optimizer.results.layout import Layout, Outcome
 from optimizer.settings import Settings
-from tests.support.arms import region
-from tests.support.blocked import carried, one_arm
+from tests.support.given.arms import region
+from tests.support.given.blocked import carried, one_arm
 
 LONG = Settings(time_limit=600.0)
 

@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from bench.coupled_tasks import coupled_task
+from bench.trials.coupled_tasks import coupled_task
 from models.base.pose import rotation_from_rpy, rotation_z, transform
 from models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
 from models.cell.surroundings import Clearances, Part, Surroundings
@@ -17,9 +17,9 @@ from models.geometry.shapes import Body, Box
 from optimizer.optimize import optimize
 from optimizer.reduction.reduced import evaluate, reduced_problem
 from optimizer.settings import CertificateSettings, Settings
-from tests.support.answers import assert_ended
-from tests.support.arms import make_arm, region
-from tests.support.cells import Cell
+from tests.support.given.arms import make_arm, region
+from tests.support.given.cells import Cell
+from tests.support.oracles.answers import assert_ended
 
 DOWN = rotation_from_rpy([np.pi, 0.0, 0.0])
 BEAM = Part((Body("beam", np.eye(4), Box(np.array([1.2, 0.1, 0.1]))),), 0.2)
@@ -106,7 +106,8 @@ def test_no_pair_of_bases_of_a_grid_beats_the_coupled_answer():
 
 
 def test_a_layout_stands_as_near_to_a_singular_wrist_as_the_rule_allows():
-    """There 0.25 mrad more cost a thousandth. The known value is of `bench.long_search`, which uses nothing of ours."""
+    """There 0.25 mrad more cost a thousandth. The known value is of `bench.searches.long_search`, which uses nothing
+    of ours."""
     layout = optimize(coupled_task(8).cell)
     assert_ended(layout)
     assert layout.objective == pytest.approx(92.76759491, rel=1e-6)

@@ -14,8 +14,8 @@ from models.kinematics.link_frames import link_frames
 from models.robot.posture import ALL_SIGNS, Posture, name_signs
 from optimizer.evaluation.evaluate import evaluate_layout
 from optimizer.results.layout import Layout, Outcome
-from tests.optimizer.test_evaluate import of_scene
-from tests.support.cells import beam_pair
+from tests.optimizer.evaluation.test_evaluate import of_scene
+from tests.support.given.cells import beam_pair
 
 
 def blocks(cell: Cell, layout: Layout, count: int) -> Cell:

@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from bench.cells import real_cell
+from bench.draws.cells import real_cell
 from models.base.pose import transform
 from models.cell.cell import Cell
 from models.cell.surroundings import Clearances, Part, Surroundings
@@ -19,7 +19,7 @@ from optimizer.infeasibility.proved_conflict import Conflict, proved_conflict
 from optimizer.infeasibility.requirements import Kind
 from optimizer.infeasibility.searched.trial import clean
 from optimizer.verification.scene import Scene
-from tests.support.arms import make_arm, region
+from tests.support.given.arms import make_arm, region
 
 LONG = 300.0
 """s; no test waits for it."""

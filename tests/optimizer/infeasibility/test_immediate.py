@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.cells import real_cell
+from bench.draws.cells import real_cell
 from models.base.pose import transform
 from models.cell.cell import Cell
 from models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
@@ -27,7 +27,7 @@ from optimizer.infeasibility.immediate.immediate import immediate_infeasibility,
 from optimizer.infeasibility.immediate.self_distances import largest_distance
 from optimizer.optimize import optimize
 from optimizer.results.layout import Outcome
-from tests.support.arms import make_arm, region
+from tests.support.given.arms import make_arm, region
 
 HOLD = Task(np.tile(transform(np.diag([1.0, -1.0, -1.0]), [0.0, 0.0, 0.5]), (2, 1, 1)))
 TABLE = Body("conveyor", transform(np.eye(3), [0.0, 0.0, 0.2]), Box(np.array([1.0, 1.0, 0.4])))

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bench.cells import real_cell
+from bench.draws.cells import real_cell
 from models.cell.surroundings import PairClass
 from models.robot.posture import ALL_SIGNS
 from optimizer.certificate.alone import AloneCheck

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bench.planted_conflicts import NEAR, needed, planted, remedy_of
+from bench.conflicts.planted_conflicts import NEAR, needed, planted, remedy_of
 from optimizer.infeasibility.effort import Effort
 from optimizer.infeasibility.remedies import least_sampled
 from optimizer.infeasibility.searched.trial import clean

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bench.cells import real_cell
+from bench.draws.cells import real_cell
 from models.cell.coupling import Direction, Distance, Rail, among
 from optimizer.infeasibility.requirements import Kind, Requirement, everything, restricted
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from bench.cells import real_cell
-from bench.planted_conflicts import planted
+from bench.conflicts.planted_conflicts import planted
+from bench.draws.cells import real_cell
 from optimizer.infeasibility.effort import Effort
 from optimizer.infeasibility.requirements import Kind, selection_of
 from optimizer.infeasibility.searched.trial import clean

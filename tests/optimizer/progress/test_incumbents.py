@@ -17,7 +17,7 @@ from optimizer.optimize import optimize
 from optimizer.progress.incumbents import arm_found, layout_found, recording
 from optimizer.settings import Settings
 from service.workers.reports import text_of
-from tests.support.acceptance import load
+from tests.support.given.acceptance import load
 
 LINE, _ = load("line")
 POINT = ArmPoint(np.array([0.1, 0.2, 0.0]), 0.5, np.zeros((len(LINE.task), 6)), (1, 1, 1))

@@ -17,9 +17,9 @@ from optimizer.monitoring.watch import OutOfTime
 from optimizer.optimize import optimize
 from optimizer.results.layout import Layout, Outcome
 from optimizer.settings import Settings, ToleranceSettings
-from tests.support.arms import region
-from tests.support.blocked import carried, far_box, one_arm
-from tests.support.tasks import possible
+from tests.support.given.arms import region
+from tests.support.given.blocked import carried, far_box, one_arm
+from tests.support.given.tasks import possible
 
 
 def out_of_time(*arguments: Any, **named: Any) -> Any:

@@ -12,7 +12,7 @@ from optimizer.monitoring.events import Event, Stage
 from optimizer.monitoring.watch import watching
 from optimizer.progress.timetable import Timetable, timetable
 from optimizer.settings import CertificateSettings, Settings, ToleranceSettings
-from tests.support.acceptance import load
+from tests.support.given.acceptance import load
 
 LINE, _ = load("line")
 

@@ -29,9 +29,9 @@ from service.library.user_robot import UserRobot
 from service.requests.convert import cell_of
 from service.requests.warnings import warnings_of
 from service.schemas.request import LayoutRequest
-from tests.models.test_nominal import calibrated
-from tests.support.acceptance import FOLDER
-from tests.support.arms import make_arm, region
+from tests.models.kinematics.test_nominal import calibrated
+from tests.support.given.acceptance import FOLDER
+from tests.support.given.arms import make_arm, region
 
 ROBOT = robot_from_urdf(FOLDER / "urdf" / "16_calibrated_three_parallel_arm.urdf")
 ENDS = [transform(rotation_x(np.pi), np.array([0.0, side, 0.3])) for side in (-0.2, 0.2)]

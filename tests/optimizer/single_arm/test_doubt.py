@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from bench.acceptance_search import case
 from bench.random_arms.draw import draw
+from bench.trials.acceptance_search import case
 from models.kinematics.wrist_singularity import wrist_distance
 from optimizer.coupled.found import CoupledSearch
 from optimizer.coupled.prove import prove

@@ -15,7 +15,7 @@ from optimizer.reduction.reduced import evaluate_signed, reduced_problem
 from optimizer.reduction.screening import Candidate, screen
 from optimizer.settings import Settings
 from optimizer.single_arm.nearest import nearest_candidate, nearest_path
-from tests.support.tasks import possible
+from tests.support.given.tasks import possible
 
 
 def test_the_candidate_that_breaks_least_of_the_whole_task_is_chosen_whatever_it_costs() -> None:

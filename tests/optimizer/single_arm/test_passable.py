@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.random_tasks import random_cell
+from bench.draws.random_tasks import random_cell
 from models.cell.task import Task
 from optimizer.nlp.measure import objective_of
 from optimizer.settings import Settings

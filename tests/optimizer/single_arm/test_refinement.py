@@ -15,7 +15,7 @@ from optimizer.reduction.screening import Candidate
 from optimizer.single_arm.local import solve_locally
 from optimizer.single_arm.refinement import MOST, brought_to_optimum, path_from
 from optimizer.verification.verify import check
-from tests.support.tasks import possible
+from tests.support.given.tasks import possible
 
 SIGNS = [(a, b, c) for a in (1, -1) for b in (1, -1) for c in (1, -1)]
 

@@ -21,8 +21,8 @@ from optimizer.results.layout import Outcome
 from optimizer.settings import Settings
 from optimizer.verification.verify import SIDE, check
 from optimizer.verification.way import follow_way
-from tests.models.test_nominal import calibrated
-from tests.support.arms import make_arm, region
+from tests.models.kinematics.test_nominal import calibrated
+from tests.support.given.arms import make_arm, region
 
 TRUE = calibrated("puma560", 2e-3, 1e-4, 3)
 FIFTH = singular_fifth(TRUE)

@@ -12,7 +12,7 @@ from optimizer.reduction.box import search_box
 from optimizer.reduction.reduced import evaluate_signed, reduced_problem
 from optimizer.reduction.screening import screen
 from optimizer.single_arm.worth import MOVED, USABLE_TOO, WORTH, worth_solving
-from tests.support.tasks import possible
+from tests.support.given.tasks import possible
 
 
 def test_a_usable_candidate_is_solved_from_where_the_cheapest_are_not_usable():

@@ -20,8 +20,8 @@ from optimizer.clearance.path_samples import ObjectPath, follow, keep_inside
 from optimizer.nlp.program import ArmPoint
 from optimizer.verification.way import follow_way
 from optimizer.verification.words import way_faults
-from tests.support.arms import make_arm
-from tests.support.tasks import Possible, possible
+from tests.support.given.arms import make_arm
+from tests.support.given.tasks import Possible, possible
 
 
 def dense(task: Possible, point: ArmPoint, count: int) -> tuple[bool, float]:

@@ -8,7 +8,7 @@ import pytest
 from optimizer.certificate.bounds.box_bounds import LIMIT, PATH, REACH, BoxBounder
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.reduction.reduced import evaluate_signed
-from tests.support.boxes import PARALLEL, SPECIAL, SPHERICAL, boxes_around, members, random_problem
+from tests.support.given.boxes import PARALLEL, SPECIAL, SPHERICAL, boxes_around, members, random_problem
 
 TRIALS, BOXES, SAMPLES = 14, 120, 12
 

@@ -6,7 +6,7 @@ import pytest
 from optimizer.certificate.bounds.angles.targets import Targets
 from optimizer.certificate.bounds.region import reachable_region
 from optimizer.reduction.reduced import evaluate
-from tests.support.boxes import PARALLEL, SPECIAL, SPHERICAL, random_problem
+from tests.support.given.boxes import PARALLEL, SPECIAL, SPHERICAL, random_problem
 
 
 @pytest.mark.parametrize("name", SPHERICAL + PARALLEL + SPECIAL)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.singular_draw import members_near_curves, singular_boxes, singular_places, singular_problem
+from bench.draws.singular_draw import members_near_curves, singular_boxes, singular_places, singular_problem
 from models.catalogue.catalogue import robot
 from models.cell.cell import Cell
 from models.cell.task import Task

@@ -21,9 +21,9 @@ from optimizer.certificate.bounds.box_bounds import BoxBounder
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.exclusion.conditioning import jacobian_apart, poorly_conditioned
 from optimizer.single_arm.as_drawn import problem_of_drawing
-from tests.models.test_nominal import calibrated
-from tests.support.arms import make_arm, region
-from tests.support.signs import joint_axes
+from tests.models.kinematics.test_nominal import calibrated
+from tests.support.given.arms import make_arm, region
+from tests.support.oracles.signs import joint_axes
 
 TOOL = transform(np.eye(3), np.array([0.05, -0.1, 0.2]))
 

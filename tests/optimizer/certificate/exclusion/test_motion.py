@@ -11,7 +11,7 @@ from optimizer.certificate.bounds.angles.targets import Targets
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.exclusion.motion import motion
 from optimizer.reduction.reduced import ReducedProblem, evaluate_signed
-from tests.support.boxes import boxes_around, members, random_problem
+from tests.support.given.boxes import boxes_around, members, random_problem
 
 
 @pytest.mark.parametrize("seed", range(4))

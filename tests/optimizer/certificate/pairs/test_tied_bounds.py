@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bench.tied_soundness import attempt
+from bench.soundness.tied_soundness import attempt
 from optimizer.certificate.pairs.mirrored_yaw import BestYaw
 from optimizer.certificate.pairs.shared_yaw import HALF, cell_costs
 

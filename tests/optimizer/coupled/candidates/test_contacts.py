@@ -13,7 +13,7 @@ from models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Sph
 from models.kinematics.link_frames import link_frames
 from optimizer.coupled.candidates.contacts import SomePairs, inner_capsule
 from optimizer.verification.scene import Scene
-from tests.support.cells import beam_pair
+from tests.support.given.cells import beam_pair
 
 POST = Body("post", np.eye(4), Cylinder(0.15, 2.0))
 CRATE = Body("crate", transform(np.eye(3), [0.5, -0.4, 0.3]), Box(np.ones(3)))

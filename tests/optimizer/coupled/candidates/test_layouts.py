@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.cells import real_cell
-from bench.dense_check import dense_check
+from bench.draws.cells import real_cell
+from bench.judges.dense_check import dense_check
 from models.cell.coupling import Distance, Mirror
 from models.cell.surroundings import Surroundings
 from optimizer.coupled.candidates.followed import Followed
@@ -20,8 +20,8 @@ from optimizer.results.layout import Outcome
 from optimizer.settings import Settings
 from optimizer.verification.scene import Scene
 from optimizer.verification.verify import check
-from tests.support.arms import region
-from tests.support.cells import beam_pair
+from tests.support.given.arms import region
+from tests.support.given.cells import beam_pair
 
 
 @pytest.mark.parametrize("tie", [Mirror((0, 1), (0.0, 0.0), 1.0), Distance((0, 1), 1.2, 1.2)], ids=lambda tie: tie.kind)

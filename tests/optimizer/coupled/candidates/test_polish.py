@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bench.coupled_tasks import coupled_task
+from bench.trials.coupled_tasks import coupled_task
 from optimizer.coupled.candidates.followed import Followed
 from optimizer.coupled.candidates.layouts import sample_layouts
 from optimizer.coupled.candidates.polish import TAKEN, polished

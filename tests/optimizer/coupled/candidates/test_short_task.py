@@ -21,7 +21,7 @@ from optimizer.settings import Settings
 from optimizer.single_arm.search import search_arm
 from optimizer.verification.scene import Scene
 from optimizer.verification.verify import check
-from tests.support.arms import make_arm, region
+from tests.support.given.arms import make_arm, region
 
 MANY = 240
 

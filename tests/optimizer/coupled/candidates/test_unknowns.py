@@ -11,7 +11,7 @@ from models.base.pose import rotation_z, transform
 from models.cell.coupling import Direction, Mirror, Rail, SameHeight
 from optimizer.coupled.candidates.unknowns import TiedUnknowns
 from optimizer.coupled.combinations.place_tied import tie_lacks
-from tests.support.cells import beam_pair
+from tests.support.given.cells import beam_pair
 
 BOXES = np.array([[[-1.0, 0.5], [-0.8, 0.9], [0.0, 0.4]], [[-0.6, 1.2], [-0.9, 0.8], [0.1, 0.5]]])
 TIES = [

@@ -12,8 +12,8 @@ from models.geometry.shapes import Body, Capsule
 from optimizer.nlp.program import ArmPoint
 from optimizer.optimize import optimize
 from optimizer.verification.scene import Scene
-from tests.support.blocked import carried, halves, one_arm
-from tests.support.cells import beam_pair
+from tests.support.given.blocked import carried, halves, one_arm
+from tests.support.given.cells import beam_pair
 
 
 def test_a_place_is_found_where_all_the_best_ones_are_taken():

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench.cells import real_cell
+from bench.draws.cells import real_cell
 from models.base.pose import transform
 from models.cell.cell import Cell
 from models.cell.floor import Floor
@@ -17,8 +17,8 @@ from models.cell.surroundings import Clearances, Part, Surroundings
 from models.geometry.shapes import Body, Sphere
 from optimizer.infeasibility.searched.conflict import ConflictSearch, Known
 from optimizer.infeasibility.searched.violations import Violation, part_violations
-from tests.support.arms import region
-from tests.support.blocked import (
+from tests.support.given.arms import region
+from tests.support.given.blocked import (
     ball_in_the_way,
     carried,
     conflict_of,

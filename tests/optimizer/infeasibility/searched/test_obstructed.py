@@ -13,8 +13,8 @@ from models.cell.surroundings import Clearances, Equipment, Part, Pedestal, Surr
 from models.cell.task import line
 from models.geometry.shapes import Body, Box, Sphere
 from optimizer.infeasibility.searched.obstructed import obstruction
-from tests.support.arms import region
-from tests.support.tasks import possible
+from tests.support.given.arms import region
+from tests.support.given.tasks import possible
 
 
 def cell_with(**around):

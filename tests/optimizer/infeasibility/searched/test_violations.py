@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.cells import real_cell
-from bench.dense_check import dense_check
+from bench.draws.cells import real_cell
+from bench.judges.dense_check import dense_check
 from models.cell.cell import Cell
 from models.cell.surroundings import Surroundings
 from optimizer.infeasibility.requirements import Kind

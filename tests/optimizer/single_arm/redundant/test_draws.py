@@ -9,7 +9,7 @@ from models.base.pose import rotation_about
 from optimizer.reduction.box import search_box
 from optimizer.single_arm.redundant.draws import draw_seeds, drawn_postures, fit_to_bases
 from optimizer.single_arm.redundant.unreduced_problem import Seeds, seen_from_bases, unreduced_problem
-from tests.support.tasks import possible
+from tests.support.given.tasks import possible
 
 
 def turned_by(problem, q, bases, pose):

@@ -13,8 +13,8 @@ from optimizer.single_arm.local import solve_locally
 from optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
 from optimizer.single_arm.redundant.ranking import figures
 from optimizer.single_arm.redundant.unreduced_problem import Seeds, unreduced_problem
-from tests.support.answers import reached
-from tests.support.tasks import possible
+from tests.support.given.tasks import possible
+from tests.support.oracles.answers import reached
 
 TILTED = rotation_about((1.0, 2.0, -0.5), 0.8)
 

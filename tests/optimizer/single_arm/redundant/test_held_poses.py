@@ -11,7 +11,7 @@ from models.cell.cell import Cell
 from models.cell.task import Task
 from optimizer.nlp.program import ArmPoint
 from optimizer.single_arm.redundant.held_poses import with_held_poses
-from tests.support.tasks import possible
+from tests.support.given.tasks import possible
 
 
 def resting(at: int, count: int, drift: float = 0.0, **given) -> Cell:

@@ -11,7 +11,7 @@ from models.cell.task import Task, line
 from optimizer.reduction.box import search_box
 from optimizer.single_arm.redundant.key_poses import key_poses, on_the_way, reduced_to, shares
 from optimizer.single_arm.redundant.unreduced_problem import unreduced_problem
-from tests.support.tasks import possible
+from tests.support.given.tasks import possible
 
 
 def problem_of(task: Task):

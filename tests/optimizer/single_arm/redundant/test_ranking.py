@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bench.waypoints import way_task
+from bench.trials.waypoints import way_task
 from optimizer.optimize import optimize
 from optimizer.reduction.box import search_box
 from optimizer.settings import Settings
 from optimizer.single_arm.redundant.ranking import distinct, figures
 from optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, unreduced_problem
-from tests.support.answers import assert_ended
+from tests.support.oracles.answers import assert_ended
 
 IIWA14, GEN3 = 46, 47
 """Way-point tasks of these robots; joints 1, 3, 5 and 7 of the Gen3 are without end."""

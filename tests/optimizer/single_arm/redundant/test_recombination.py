@@ -13,7 +13,7 @@ from optimizer.single_arm.redundant.parameters import PARAMETERS
 from optimizer.single_arm.redundant.ranking import figures
 from optimizer.single_arm.redundant.recombination import LEAP_PRICE, _Layer, _shortest, distinct_bases, recombined
 from optimizer.single_arm.redundant.unreduced_problem import Seeds, unreduced_problem
-from tests.support.tasks import possible
+from tests.support.given.tasks import possible
 
 
 def test_the_path_is_the_cheapest_of_all():

@@ -25,9 +25,9 @@ from optimizer.single_arm.redundant.unreduced_problem import Seeds, unreduced_pr
 from optimizer.single_arm.redundant.varied_paths import varied_paths
 from optimizer.single_arm.search import search_arm
 from optimizer.verification.verify import check
-from tests.support.answers import reached
-from tests.support.families import possible_family
-from tests.support.tasks import possible
+from tests.support.given.families import possible_family
+from tests.support.given.tasks import possible
+from tests.support.oracles.answers import reached
 
 CASES = [
     ("iiwa14", np.eye(3)),

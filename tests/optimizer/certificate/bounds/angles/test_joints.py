@@ -10,7 +10,7 @@ from optimizer.certificate.bounds.angles.targets import Targets
 from optimizer.certificate.bounds.boxes import Boxes
 from optimizer.certificate.bounds.twist import twist_of
 from optimizer.reduction.reduced import seen_from
-from tests.support.boxes import PARALLEL, SPECIAL, SPHERICAL, members, random_problem
+from tests.support.given.boxes import PARALLEL, SPECIAL, SPHERICAL, members, random_problem
 
 TURN = 2.0 * np.pi
 SAMPLES = 14

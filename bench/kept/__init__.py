@@ -1,0 +1,1 @@
+"""Answers and documents that are kept, and compared with those of today."""

@@ -1,0 +1,1 @@
+"""Long searches that know nothing of duocell's."""

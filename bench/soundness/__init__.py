@@ -1,0 +1,1 @@
+"""Bounds, exclusions and proofs against samples."""

@@ -1,0 +1,69 @@
+"""Self-collision pairs: sound at the reference of every arm, and still seeing what matters."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from models.catalogue import catalogue
+from models.catalogue.links import link_bodies
+from models.catalogue.self_pairs import self_pairs
+from models.geometry.bounding import bounding
+from models.geometry.separation import separation
+from models.geometry.shapes import Body, Box
+from models.kinematics.link_frames import link_frames
+from tests.support.given.arms import general_six, oblique_wrist
+
+
+def pairs_of(robot, extra=()):
+    bodies = [(b.link, b.body) for b in link_bodies(robot)] + list(extra)
+    links, solids = [link for link, _ in bodies], [body for _, body in bodies]
+    found = self_pairs(robot, links, solids, [bounding(s.shape) for s in solids], robot.lower, robot.upper)
+    return links, solids, found
+
+
+def distance(robot, links, solids, pair, q):
+    frames = link_frames(robot, q[None])[0]
+    i, j = pair
+    return separation(
+        solids[i].shape, frames[links[i]] @ solids[i].pose, solids[j].shape, frames[links[j]] @ solids[j].pose
+    ).distance
+
+
+@pytest.mark.parametrize("name", catalogue.names())
+def test_no_arm_hits_itself_at_its_reference(name):
+    robot = catalogue.robot(name)
+    links, solids, pairs = pairs_of(robot)
+    for pair in pairs:
+        assert abs(links[pair[0]] - links[pair[1]]) > 1
+        assert distance(robot, links, solids, pair, robot.reference) >= 0.0
+
+
+@pytest.mark.parametrize("name", ["puma560", "ur5e", "ur10e", "kr210_r2700", "lrmate200id", "iiwa14", "irb120"])
+def test_the_hand_against_base_or_upper_arm_is_still_looked_at(name):
+    robot = catalogue.robot(name)
+    links, _, pairs = pairs_of(robot)
+    kept = {(links[i], links[j]) for i, j in pairs}
+    assert any(high >= robot.dof - 2 and low <= 2 for low, high in kept)
+
+
+def test_a_folded_ur_is_seen():
+    robot = catalogue.robot("ur10e")
+    links, solids, pairs = pairs_of(robot)
+    folded = robot.reference.copy()
+    folded[2] = 3.05
+    assert min(distance(robot, links, solids, pair, folded) for pair in pairs) < 0.0
+
+
+def test_tools_and_pedestals_take_part():
+    robot = catalogue.robot("ur5e")
+    pedestal = Body("pedestal", np.diag([1.0, 1.0, 1.0, 1.0]), Box([0.4, 0.4, 0.1]))
+    tool = Body("tool", robot.flange_placement, Box([0.05, 0.05, 0.3]))
+    links, _, pairs = pairs_of(robot, [(0, pedestal), (6, tool)])
+    named = [(i, j) for i, j in pairs if len(links) - 1 in (i, j)]
+    assert any(links[i] == 0 for i, _ in named)
+
+
+def test_the_same_pairs_every_time():
+    for robot in (general_six(), oblique_wrist()):
+        assert pairs_of(robot)[2] == pairs_of(robot)[2]

@@ -1,0 +1,39 @@
+"""What is spare of a margin changes its sign where the distance to the singular set is the margin."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from models.base.kept import KEPT
+from models.cell.singular_margins import ELBOW, margins_along, margins_at_poses, spare_terms
+from models.kinematics.closed_form import closed_form
+from models.robot.arm import SINGULAR_WRIST
+from tests.support.given.arms import make_arm
+
+
+@pytest.mark.parametrize("name", ["puma560", "ur10e"])
+@pytest.mark.parametrize("turn", [0.0, np.pi, 2.0 * np.pi])
+def test_elbow_and_wrist_are_spare_beyond_their_margins(name, turn):
+    arm = make_arm(name)
+    form = closed_form(arm.robot)
+    straight = -form.turns[2] * form.planar.elbow_angle + turn
+    for joint, zero, margin in ((2, straight, ELBOW), (4, form.wrist_zero + turn, SINGULAR_WRIST)):
+        for side in (1.0, -1.0):
+            for share, kept in ((1.001, True), (1.0 - 0.5 * KEPT / margin, True), (0.99, False), (0.0, False)):
+                q = np.array([0.3, 0.4, straight + 1.0, 0.5, form.wrist_zero + 1.0, 0.6])
+                q[joint] = zero + side * share * margin
+                assert bool(np.all(spare_terms(arm, q) >= 0.0)) == kept
+
+
+def test_where_singularities_are_allowed_the_wrist_needs_no_margin():
+    arm = make_arm("puma560")
+    allowed = replace(arm, avoid_singularities=False)
+    form = closed_form(arm.robot)
+    q = np.array([0.0, 0.4, 0.5, 0.0, form.wrist_zero, 0.0])
+    assert np.any(spare_terms(arm, q) < 0.0)
+    assert np.all(spare_terms(allowed, q) >= 0.0)
+    assert (margins_along(allowed).wrist, margins_at_poses(allowed).wrist) == (0.0, 0.0)
+    assert (margins_at_poses(arm).elbow, margins_at_poses(arm).wrist) == (0.0, SINGULAR_WRIST)

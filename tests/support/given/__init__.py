@@ -1,0 +1,1 @@
+"""Arms, tasks and cells that are possible, or blocked, by construction."""

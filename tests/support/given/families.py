@@ -1,0 +1,48 @@
+"""Families that are possible by construction: several short ways of one arm from one base, in one posture."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from models.base.pose import inverse
+from models.cell.family import Job, family
+from models.cell.task import Task
+from models.kinematics.kinematics import flange_poses
+from models.robot.robot import Robot
+from tests.support.given.tasks import Possible, possible, way_of_joints
+from tests.support.oracles.signs import axis_signs
+
+
+def possible_family(
+    robot: str | Robot,
+    rng: np.random.Generator,
+    weights: tuple[float, ...] = (1.0, 1.0),
+    poses: int = 4,
+    step: float = 0.12,
+    **given: Any,
+) -> Possible:
+    """A random possible family.
+
+    Args:
+        robot: a name or a robot.
+        rng: source of chance.
+        weights: of the jobs; there are as many.
+        poses: of each job. step: rad, typical change of a joint between them.
+        given: as for `tests.support.given.tasks.possible`.
+    """
+    first = possible(robot, rng, poses=poses, step=step, **given)
+    arm = first.arm
+    signs = axis_signs(arm.robot, first.joints)
+    base = arm.base_in_world(first.position, first.yaw)
+    ways = [first.joints]
+    while len(ways) < len(weights):
+        joints = way_of_joints(arm, rng, poses, step)
+        if signs is None or np.all(axis_signs(arm.robot, joints) == signs[0]):
+            ways.append(joints)
+    tasks = [Task(base @ flange_poses(arm.robot, joints) @ arm.tool @ inverse(arm.grasp)) for joints in ways]
+    names = "abcdefgh"
+    jobs = [Job(names[k], task, weight) for k, (task, weight) in enumerate(zip(tasks, weights, strict=True))]
+    return replace(first, cell=replace(first.cell, task=family(jobs)), joints=np.concatenate(ways))

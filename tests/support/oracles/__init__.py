@@ -1,0 +1,1 @@
+"""Second opinions: they share nothing with what they check."""

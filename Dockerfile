@@ -17,6 +17,7 @@ COPY pyproject.toml README.md LICENSE NOTICE ./
 COPY models models
 COPY optimizer optimizer
 COPY service service
+COPY src src
 RUN /opt/backend/bin/pip wheel --quiet --no-deps --no-build-isolation --wheel-dir /opt/backend . \
     && /opt/duocell/bin/pip install --quiet --no-deps /opt/backend/duocell-*.whl
 COPY .ci/trim_site_packages.py /opt/backend/

@@ -32,7 +32,7 @@ $(VENV)/.project: $(VENV)/.packages pyproject.toml
 	@touch $@
 
 demo: setup ## start the server, send an example over HTTP, print the placements, stop the server
-	@$(BIN)/python -m service.cli.demo $(ARGS)
+	@$(BIN)/python -m duocell.service.cli.demo $(ARGS)
 
 test: setup ## all tests (ARGS="-k posture" for some)
 	@$(BIN)/python -m pytest $(ARGS)

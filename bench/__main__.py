@@ -20,7 +20,7 @@ from bench.comparison.tasks import all_tasks, quick_tasks
 from bench.comparison.thesis import thesis_table
 from bench.draws.cells import quick_cells, real_cells
 from bench.timings import plain
-from optimizer.settings import Settings
+from duocell.optimizer.settings import Settings
 
 OUTPUT = Path("build/bench")
 PAGE, PICTURE = Path("docs/benchmarks.md"), "benchmarks.png"

@@ -8,23 +8,23 @@ from contextvars import copy_context
 from dataclasses import replace
 from math import inf
 
-from models.cell.cell import Cell
-from models.cell.one_place import in_one_place
-from optimizer.clearance.clearance import found_clearances
-from optimizer.coupled.prove import against
-from optimizer.infeasibility.explain import explain
-from optimizer.monitoring.watch import OutOfTime, ending, tell, unheard
-from optimizer.nlp.measure import jobs_of, placed
-from optimizer.nlp.program import ArmPoint
-from optimizer.progress.interim import with_what_is_missing
-from optimizer.progress.known import Solved
-from optimizer.progress.timetable import Timetable
-from optimizer.results.findings import Explanation
-from optimizer.results.layout import Layout, Outcome
-from optimizer.settings import Settings
-from optimizer.tolerance.tolerance import tolerance_of
-from optimizer.verification.scene import Scene
-from optimizer.verification.verify import check, summarise
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.one_place import in_one_place
+from duocell.optimizer.clearance.clearance import found_clearances
+from duocell.optimizer.coupled.prove import against
+from duocell.optimizer.infeasibility.explain import explain
+from duocell.optimizer.monitoring.watch import OutOfTime, ending, tell, unheard
+from duocell.optimizer.nlp.measure import jobs_of, placed
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.progress.interim import with_what_is_missing
+from duocell.optimizer.progress.known import Solved
+from duocell.optimizer.progress.timetable import Timetable
+from duocell.optimizer.results.findings import Explanation
+from duocell.optimizer.results.layout import Layout, Outcome
+from duocell.optimizer.settings import Settings
+from duocell.optimizer.tolerance.tolerance import tolerance_of
+from duocell.optimizer.verification.scene import Scene
+from duocell.optimizer.verification.verify import check, summarise
 
 LATE = 0.5
 """s beyond its limit after which an explanation that does not look at it is ended."""

@@ -6,8 +6,8 @@ with the same proof everywhere. What a box and a search cost is known well enoug
 
 from __future__ import annotations
 
-from models.cell.cell import Cell
-from optimizer.settings import CertificateSettings
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.settings import CertificateSettings
 
 GAP = 1e-3
 """Relative gap of an automatic proof."""

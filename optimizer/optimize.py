@@ -5,30 +5,30 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, replace
 
-from models.cell.cell import Cell
-from optimizer.advice import with_advice
-from optimizer.baselines.penalty import run_baseline
-from optimizer.budget import automatic
-from optimizer.coupled.found import CoupledSearch
-from optimizer.coupled.layout import coupled_layout
-from optimizer.coupled.one_place import all_kept_apart, kept_apart
-from optimizer.coupled.prove import against, prove
-from optimizer.coupled.search import search_coupled
-from optimizer.infeasibility.immediate.cause import Infeasibility
-from optimizer.infeasibility.immediate.immediate import immediate_infeasibility, refused
-from optimizer.monitoring.events import Verified
-from optimizer.monitoring.watch import OutOfTime, ending, tell
-from optimizer.nlp.measure import jobs_of, placed
-from optimizer.progress.incumbents import arm_found, best_found, recording
-from optimizer.progress.interim import interim_layout, unknown_layout, why_ended, with_what_is_missing
-from optimizer.progress.known import Solved
-from optimizer.progress.timetable import Progress, Timetable, timetable
-from optimizer.reasons.reasons import name_jobs
-from optimizer.results.layout import Certificate, Layout, Outcome, Placement, Reason, Search
-from optimizer.settings import CertificateSettings, Settings
-from optimizer.single_arm.arm_search import ArmSearch
-from optimizer.single_arm.search import search_arm
-from optimizer.verification.verify import check, summarise
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.advice import with_advice
+from duocell.optimizer.baselines.penalty import run_baseline
+from duocell.optimizer.budget import automatic
+from duocell.optimizer.coupled.found import CoupledSearch
+from duocell.optimizer.coupled.layout import coupled_layout
+from duocell.optimizer.coupled.one_place import all_kept_apart, kept_apart
+from duocell.optimizer.coupled.prove import against, prove
+from duocell.optimizer.coupled.search import search_coupled
+from duocell.optimizer.infeasibility.immediate.cause import Infeasibility
+from duocell.optimizer.infeasibility.immediate.immediate import immediate_infeasibility, refused
+from duocell.optimizer.monitoring.events import Verified
+from duocell.optimizer.monitoring.watch import OutOfTime, ending, tell
+from duocell.optimizer.nlp.measure import jobs_of, placed
+from duocell.optimizer.progress.incumbents import arm_found, best_found, recording
+from duocell.optimizer.progress.interim import interim_layout, unknown_layout, why_ended, with_what_is_missing
+from duocell.optimizer.progress.known import Solved
+from duocell.optimizer.progress.timetable import Progress, Timetable, timetable
+from duocell.optimizer.reasons.reasons import name_jobs
+from duocell.optimizer.results.layout import Certificate, Layout, Outcome, Placement, Reason, Search
+from duocell.optimizer.settings import CertificateSettings, Settings
+from duocell.optimizer.single_arm.arm_search import ArmSearch
+from duocell.optimizer.single_arm.search import search_arm
+from duocell.optimizer.verification.verify import check, summarise
 
 IMMEDIATE = 0.4
 """Share of the time limit after which nothing more is proved before the search."""
@@ -42,8 +42,8 @@ def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | 
     """Find the base placements that keep every joint as close to its reference as possible along the whole task.
 
     Arms are searched one by one first; where nothing couples them they are independent problems, and the objective is
-    the sum. Couplings, floor and clearances are then brought in by `optimizer.coupled`. A proof follows, which decides
-    about the word of the answer.
+    the sum. Couplings, floor and clearances are then brought in by `duocell.optimizer.coupled`. A proof follows, which
+    decides about the word of the answer.
 
     Args:
         cell: task and arms.
@@ -54,7 +54,7 @@ def optimize(cell: Cell, settings: Settings | None = None, progress: Progress | 
         The layout, verified. An impossible task is a layout with outcome ``infeasible`` and reasons, not an error.
 
     Raises:
-        Cancelled: whoever watches (`optimizer.monitoring.watch`) wants an end.
+        Cancelled: whoever watches (`duocell.optimizer.monitoring.watch`) wants an end.
     """
     settings = settings or Settings()
     started = time.perf_counter()

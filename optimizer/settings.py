@@ -32,13 +32,13 @@ class ToleranceSettings:
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """Settings of `optimizer.optimize`.
+    """Settings of `duocell.optimizer.optimize`.
 
     Attributes:
         seed: seed of every sampler; the answer is a function of cell and settings.
         time_limit: s, soft limit of search, automatic proof and checks; the best that is known then is the answer.
         certificate: how hard to prove, within a time limit of its own that comes on top; "auto": as hard as is
-            proportionate to the search (`optimizer.budget`); None: not at all.
+            proportionate to the search (`duocell.optimizer.budget`); None: not at all.
         baselines: names of methods of the literature to run beside ("interior-penalty", ...).
         alternatives: how many other layouts to report at most.
         tolerance: installation errors to look at; None for none.

@@ -12,30 +12,30 @@ from fastapi import FastAPI
 from fastapi.staticfiles import StaticFiles
 from fastapi.telemetry import TelemetryConfig
 
-from service.api import docs, evaluate, events, health, layouts, meshes, robots
-from service.api import imports as imports_api
-from service.api.state import State
-from service.common.issues import InvalidRequest
-from service.common.problems import Problem
-from service.common.version import package_version
-from service.http import error_handlers, openapi
-from service.http.keys import keyring
-from service.http.middleware import stack
-from service.jobs.active import Rules
-from service.jobs.evaluations import Evaluations
-from service.jobs.job_store import JobStore
-from service.jobs.jobs import Capacity, Jobs
-from service.library.library import Library
-from service.library.robots import load_catalogue, take_catalogue
-from service.observability import metrics, telemetry
-from service.settings import Settings
-from service.store.sql import SqlJobStore
-from service.uploads.imports import Imports
-from service.workers.acceptance import Acceptance
-from service.workers.executor import Executor
-from service.workers.health import Monitor
-from service.workers.import_worker import ImportWorker
-from service.workers.pool import ProcessExecutor
+from duocell.service.api import docs, evaluate, events, health, layouts, meshes, robots
+from duocell.service.api import imports as imports_api
+from duocell.service.api.state import State
+from duocell.service.common.issues import InvalidRequest
+from duocell.service.common.problems import Problem
+from duocell.service.common.version import package_version
+from duocell.service.http import error_handlers, openapi
+from duocell.service.http.keys import keyring
+from duocell.service.http.middleware import stack
+from duocell.service.jobs.active import Rules
+from duocell.service.jobs.evaluations import Evaluations
+from duocell.service.jobs.job_store import JobStore
+from duocell.service.jobs.jobs import Capacity, Jobs
+from duocell.service.library.library import Library
+from duocell.service.library.robots import load_catalogue, take_catalogue
+from duocell.service.observability import metrics, telemetry
+from duocell.service.settings import Settings
+from duocell.service.store.sql import SqlJobStore
+from duocell.service.uploads.imports import Imports
+from duocell.service.workers.acceptance import Acceptance
+from duocell.service.workers.executor import Executor
+from duocell.service.workers.health import Monitor
+from duocell.service.workers.import_worker import ImportWorker
+from duocell.service.workers.pool import ProcessExecutor
 
 log = logging.getLogger(__name__)
 

@@ -60,7 +60,7 @@ def carried_out(trial: Trial, store: str) -> Finding:
 def migrate(url: str) -> None:
     """Make the tables, with the sources that the servers run."""
     environment = os.environ | {"PYTHONPATH": str(SOURCES), "DUOCELL_DATABASE_URL": url}
-    command = [sys.executable, "-m", "service.cli.main", "migrate"]
+    command = [sys.executable, "-m", "duocell.service.cli.main", "migrate"]
     subprocess.run(command, check=True, cwd=SOURCES, env=environment, stdout=subprocess.DEVNULL)
 
 

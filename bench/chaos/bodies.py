@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from service.schemas.evaluate import EVALUATE_EXAMPLE
-from service.schemas.request import EXAMPLE
+from duocell.service.schemas.evaluate import EVALUATE_EXAMPLE
+from duocell.service.schemas.request import EXAMPLE
 
 POSE = {"position": [0.8, 0.4, 0.1], "orientation": {"quaternion": [0.0, 0.0, 0.0, 1.0]}}
 LARGEST = 7_900_000

@@ -13,9 +13,9 @@ from typing import Any
 from bench.chaos import bodies as sent
 from bench.chaos.server import Server, request, running
 from bench.chaos.trial import Finding, Setup
-from service.library.shelves import View
-from service.requests.reading import Reader, read_evaluation, read_layout
-from service.settings import Limits
+from duocell.service.library.shelves import View
+from duocell.service.requests.reading import Reader, read_evaluation, read_layout
+from duocell.service.settings import Limits
 
 AT_ONCE, VOLLEYS = 31, 3
 LOOK_EVERY = 0.01

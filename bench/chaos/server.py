@@ -16,11 +16,11 @@ from typing import Any
 from urllib.error import HTTPError, URLError
 from urllib.request import Request, urlopen
 
-from service.cli.demo import free_port
+from duocell.service.cli.demo import free_port
 
 SOURCES = Path(os.environ.get("DUOCELL_CHAOS_SOURCES", Path(__file__).parents[2]))
 """Which sources the servers run; another folder shows what an older version does."""
-ENTRY = "service.cli" if (SOURCES / "service" / "cli.py").exists() else "service.cli.main"
+ENTRY = "service.cli" if (SOURCES / "service" / "cli.py").exists() else "duocell.service.cli.main"
 """What is run as a command; older versions have one file of it."""
 READY_WITHIN = 240.0
 """s; machines that try this are busy."""
@@ -75,7 +75,7 @@ class Server:
             self.process = subprocess.Popen(
                 command,
                 cwd=SOURCES,
-                env=os.environ | {"PYTHONPATH": str(SOURCES)} | self._settings,
+                env=os.environ | {"PYTHONPATH": f"{SOURCES / 'src'}{os.pathsep}{SOURCES}"} | self._settings,
                 stdout=log,
                 stderr=log if self._stderr is None else self._stderr,
             )
@@ -192,7 +192,7 @@ def command_line(pid: int) -> str:
 
 def request(poses: int = 3, name: str = "", arms: int = 1, **more: Any) -> dict[str, Any]:
     """A request that takes the longer the more poses it has."""
-    from service.schemas.request import EXAMPLE
+    from duocell.service.schemas.request import EXAMPLE
 
     made: dict[str, Any] = json.loads(json.dumps(EXAMPLE))
     made |= {"name": name, "certificate": None, "arms": made["arms"][:arms]} | more

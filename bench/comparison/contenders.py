@@ -11,12 +11,12 @@ from bench.comparison.problem import Clock, Enough, FullProblem, ReducedProblem
 from bench.comparison.record import Part, Record
 from bench.comparison.tasks import BenchTask
 from bench.peers import Peer
-from models.base.arrays import Floats
-from optimizer.baselines.penalty import minimise_from, run_baseline
-from optimizer.optimize import optimize
-from optimizer.reduction.reduced import reduced_problem
-from optimizer.results.layout import Layout
-from optimizer.settings import CertificateSettings, Settings
+from duocell.models.base.arrays import Floats
+from duocell.optimizer.baselines.penalty import minimise_from, run_baseline
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.reduction.reduced import reduced_problem
+from duocell.optimizer.results.layout import Layout
+from duocell.optimizer.settings import CertificateSettings, Settings
 
 STOP = 1e-4
 """Searches end this close (relative) to the reference: ten times closer than what counts as solved."""

@@ -15,12 +15,12 @@ from typing import Protocol
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.cell.cell import Cell
-from models.robot.arm import Arm
-from optimizer.baselines.gradient import paths_at
-from optimizer.reduction import reduced
-from optimizer.reduction.reduced import Paths, evaluate
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.baselines.gradient import paths_at
+from duocell.optimizer.reduction import reduced
+from duocell.optimizer.reduction.reduced import Paths, evaluate
 
 PENALTY = 1e3
 """Objective per m or rad of violation, more than any constraint of these tasks is worth at the optimum."""

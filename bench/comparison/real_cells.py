@@ -13,11 +13,11 @@ from bench.draws.cell_draw import Known
 from bench.draws.cells import RealCell
 from bench.judges.dense_check import dense_check, judge
 from bench.judges.exhaustive import exhaustive
-from models.cell.cell import Cell
-from models.cell.surroundings import Clearances, Surroundings
-from optimizer.optimize import optimize
-from optimizer.results.layout import Layout
-from optimizer.settings import Settings
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.surroundings import Clearances, Surroundings
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.results.layout import Layout
+from duocell.optimizer.settings import Settings
 
 COARSE = 0.02, radians(5.0)
 """m and rad; steps of the look at free optima, where no verdict hangs on a millimetre."""

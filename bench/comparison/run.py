@@ -9,10 +9,10 @@ from bench.comparison import contenders
 from bench.comparison.record import Record
 from bench.comparison.tasks import BenchTask
 from bench.peers import PEERS
-from models.robot.arm import Arm
-from optimizer.optimize import optimize
-from optimizer.results.layout import Certificate, Layout
-from optimizer.settings import Settings
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.results.layout import Certificate, Layout
+from duocell.optimizer.settings import Settings
 
 SEED = 1991
 PROOF_GAP = 1e-3

@@ -12,12 +12,12 @@ from functools import cache
 import numpy as np
 
 from bench.draws.random_tasks import random_cell
-from models.base.arrays import Floats
-from models.base.pose import rotation_from_rpy, rotation_x, rotation_z, transform
-from models.catalogue.catalogue import robot
-from models.cell.cell import Cell
-from models.cell.task import Task, arc_through_center, line
-from models.robot.arm import Arm, BaseRegion, Interval, range_weights
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import rotation_from_rpy, rotation_x, rotation_z, transform
+from duocell.models.catalogue.catalogue import robot
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task, arc_through_center, line
+from duocell.models.robot.arm import Arm, BaseRegion, Interval, range_weights
 
 RANDOM_TASKS = 20
 FLAT = Interval(0.0, 0.0)

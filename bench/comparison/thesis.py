@@ -6,12 +6,12 @@ from math import degrees
 
 from bench.comparison.run import PROOF_GAP
 from bench.comparison.tasks import thesis_arc, thesis_line
-from models.base.arrays import Floats
-from optimizer.baselines.penalty import METHODS, minimise_from
-from optimizer.baselines.starts import LEFT, RIGHT, source_start
-from optimizer.optimize import optimize
-from optimizer.reduction.reduced import reduced_problem
-from optimizer.settings import CertificateSettings, Settings
+from duocell.models.base.arrays import Floats
+from duocell.optimizer.baselines.penalty import METHODS, minimise_from
+from duocell.optimizer.baselines.starts import LEFT, RIGHT, source_start
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.reduction.reduced import reduced_problem
+from duocell.optimizer.settings import CertificateSettings, Settings
 
 
 def thesis_table(proof_limit: float) -> str:

@@ -18,16 +18,16 @@ import numpy as np
 from bench.conflicts.planted_conflicts import KINDS, plant
 from bench.draws.cells import real_cell
 from bench.trials.trial import Record, options_of, run, table
-from models.cell.cell import Cell
-from models.geometry.shapes import Body
-from optimizer.infeasibility.changes.candidates import candidates
-from optimizer.infeasibility.changes.remedy import Remedy
-from optimizer.infeasibility.explain import explain
-from optimizer.infeasibility.requirements import everything
-from optimizer.nlp.program import ArmPoint
-from optimizer.optimize import optimize
-from optimizer.results.findings import Explanation
-from optimizer.settings import Settings
+from duocell.models.cell.cell import Cell
+from duocell.models.geometry.shapes import Body
+from duocell.optimizer.infeasibility.changes.candidates import candidates
+from duocell.optimizer.infeasibility.changes.remedy import Remedy
+from duocell.optimizer.infeasibility.explain import explain
+from duocell.optimizer.infeasibility.requirements import everything
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.results.findings import Explanation
+from duocell.optimizer.settings import Settings
 
 PAIRS = tuple(permutations([kind for kind in KINDS if kind != "clearance"], 2))
 AND = ", and "

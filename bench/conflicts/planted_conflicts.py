@@ -16,25 +16,25 @@ import numpy as np
 
 from bench.draws.cells import real_cell
 from bench.trials.trial import Record, options_of, run, table
-from models.base.pose import transform
-from models.cell.cell import Cell
-from models.cell.coupling import Distance
-from models.cell.floor import Floor
-from models.geometry.shapes import Body, Box
-from models.kinematics.chain import chain_of
-from models.kinematics.kinematics import characteristic_length
-from models.kinematics.screws import conditioning_of
-from models.robot.arm import Arm, Interval
-from optimizer.infeasibility.changes.candidates import candidates
-from optimizer.infeasibility.changes.remedy import Remedy
-from optimizer.infeasibility.explain import explain
-from optimizer.infeasibility.requirements import Kind, Requirement, Selection
-from optimizer.infeasibility.searched.trial import clean
-from optimizer.nlp.program import ArmPoint
-from optimizer.optimize import optimize
-from optimizer.results.findings import Explanation
-from optimizer.settings import Settings
-from optimizer.verification.scene import Scene
+from duocell.models.base.pose import transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.coupling import Distance
+from duocell.models.cell.floor import Floor
+from duocell.models.geometry.shapes import Body, Box
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.kinematics import characteristic_length
+from duocell.models.kinematics.screws import conditioning_of
+from duocell.models.robot.arm import Arm, Interval
+from duocell.optimizer.infeasibility.changes.candidates import candidates
+from duocell.optimizer.infeasibility.changes.remedy import Remedy
+from duocell.optimizer.infeasibility.explain import explain
+from duocell.optimizer.infeasibility.requirements import Kind, Requirement, Selection
+from duocell.optimizer.infeasibility.searched.trial import clean
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.results.findings import Explanation
+from duocell.optimizer.settings import Settings
+from duocell.optimizer.verification.scene import Scene
 
 KINDS = ("clearance", "floor", "region", "conditioning", "step", "coupling", "obstacle")
 NEAR = 1.2

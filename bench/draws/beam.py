@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.pose import rotation_x, rotation_y, transform
-from models.catalogue.catalogue import robot
-from models.cell.cell import Cell
-from models.cell.floor import Floor, Footprint
-from models.cell.surroundings import Clearances, Equipment, Part, Pedestal, Surroundings
-from models.cell.task import Task
-from models.geometry.shapes import Body, Box, Capsule, Cylinder, HalfSpace
-from models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import rotation_x, rotation_y, transform
+from duocell.models.catalogue.catalogue import robot
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.floor import Floor, Footprint
+from duocell.models.cell.surroundings import Clearances, Equipment, Part, Pedestal, Surroundings
+from duocell.models.cell.task import Task
+from duocell.models.geometry.shapes import Body, Box, Capsule, Cylinder, HalfSpace
+from duocell.models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
 
 BEAM = np.array([1.2, 0.08, 0.08])
 """m; a steel section carried by its ends."""

@@ -13,17 +13,17 @@ import numpy as np
 
 from bench.judges.dense_bodies import DenseBodies
 from bench.judges.dense_path import ObjectSteps, follow, object_steps
-from models.base.arrays import Floats
-from models.base.pose import rotation_about, rotation_x, rotation_y, rotation_z, transform
-from models.catalogue.catalogue import robot
-from models.cell.cell import Cell
-from models.cell.floor import Footprint
-from models.cell.surroundings import Clearances, Equipment, Part, Pedestal, Surroundings
-from models.cell.task import Task
-from models.geometry.shapes import Body, Box, Capsule, HalfSpace
-from models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
-from models.robot.robot import Robot
-from optimizer.reduction.reduced import evaluate, reduced_problem
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import rotation_about, rotation_x, rotation_y, rotation_z, transform
+from duocell.models.catalogue.catalogue import robot
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.floor import Footprint
+from duocell.models.cell.surroundings import Clearances, Equipment, Part, Pedestal, Surroundings
+from duocell.models.cell.task import Task
+from duocell.models.geometry.shapes import Body, Box, Capsule, HalfSpace
+from duocell.models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
+from duocell.models.robot.robot import Robot
+from duocell.optimizer.reduction.reduced import evaluate, reduced_problem
 
 REACH = {
     "puma560": 0.85,

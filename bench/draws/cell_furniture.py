@@ -12,13 +12,13 @@ from bench.draws.cell_draw import SLACK, Draw, base_frames, coarse, keeps_clear
 from bench.judges.dense_bodies import DenseBodies
 from bench.judges.dense_path import follow
 from bench.judges.dense_rules import floor_gap
-from models.base.arrays import Floats
-from models.base.pose import rotation_x, rotation_z, transform
-from models.cell.cell import Cell
-from models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
-from models.cell.floor import Floor
-from models.geometry.shapes import Body, Box, Capsule, Cylinder, Shape, Sphere
-from models.robot.arm import Interval
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import rotation_x, rotation_z, transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.cell.floor import Floor
+from duocell.models.geometry.shapes import Body, Box, Capsule, Cylinder, Shape, Sphere
+from duocell.models.robot.arm import Interval
 
 TRIES = 40
 

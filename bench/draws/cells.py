@@ -15,7 +15,7 @@ import numpy as np
 from bench.draws.beam import beam_cell
 from bench.draws.cell_draw import PAIRS, Known, draw
 from bench.draws.cell_furniture import blocked, coupled, with_floor, with_obstacles, with_yaws
-from models.cell.cell import Cell
+from duocell.models.cell.cell import Cell
 
 __all__ = ["CELLS", "RealCell", "beam_cell", "quick_cells", "real_cell", "real_cells"]
 

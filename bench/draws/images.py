@@ -8,14 +8,14 @@ from typing import Any, cast
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.pose import transform
-from models.cell.cell import Cell
-from models.cell.coupling import Coupling
-from models.cell.floor import Floor
-from models.cell.surroundings import Surroundings
-from models.cell.task import Task
-from models.robot.arm import Arm, BaseRegion, Interval
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.coupling import Coupling
+from duocell.models.cell.floor import Floor
+from duocell.models.cell.surroundings import Surroundings
+from duocell.models.cell.task import Task
+from duocell.models.robot.arm import Arm, BaseRegion, Interval
 
 QUARTERS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
 """Exact cosines and sines of quarter turns."""

@@ -6,10 +6,10 @@ from functools import lru_cache
 
 from bench.draws.cells import CELLS, RealCell, beam_cell, real_cell
 from bench.kept.kept_requests import kept
-from models.cell.cell import Cell
-from service.requests.convert import cell_of
-from service.schemas.request import LayoutRequest
-from service.validation import validate
+from duocell.models.cell.cell import Cell
+from duocell.service.requests.convert import cell_of
+from duocell.service.schemas.request import LayoutRequest
+from duocell.service.validation import validate
 
 BEAM, DOOR = CELLS, CELLS + 1
 """Numbers after the hundred."""

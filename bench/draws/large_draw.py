@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from bench.trials.trial import draw_of
-from service.library.user_mesh import UserMesh, mesh_document
-from service.settings import Limits
+from duocell.service.library.user_mesh import UserMesh, mesh_document
+from duocell.service.settings import Limits
 
 TRIAL = "large_requests"
 TIME_LIMIT = 5.0

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.pose import inverse, rotation_about, rotation_z, transform
-from models.catalogue.catalogue import robot
-from models.cell.cell import Cell
-from models.cell.task import Task, line
-from models.kinematics.kinematics import flange_poses
-from models.robot.arm import Arm, BaseRegion, Interval, range_weights
-from optimizer.reduction.reduced import evaluate, reduced_problem
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import inverse, rotation_about, rotation_z, transform
+from duocell.models.catalogue.catalogue import robot
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task, line
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.robot.arm import Arm, BaseRegion, Interval, range_weights
+from duocell.optimizer.reduction.reduced import evaluate, reduced_problem
 
 FLOOR = 2.4
 """m, side of the square about the path in which bases may stand."""

@@ -16,16 +16,16 @@ from itertools import pairwise
 import numpy as np
 
 from bench.random_arms.ways import dwelling
-from models.base.arrays import Floats
-from models.base.pose import inverse, rotation_about, rotation_z, transform
-from models.catalogue.catalogue import names, robot
-from models.cell.cell import Cell
-from models.cell.task import line, task_from_poses
-from models.kinematics.chain import Chain, chain_of
-from models.kinematics.closed_form import closed_form
-from models.kinematics.screws import forward_and_jacobian, pose_error
-from models.robot.arm import Arm, BaseRegion, Interval, range_weights
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import inverse, rotation_about, rotation_z, transform
+from duocell.models.catalogue.catalogue import names, robot
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import line, task_from_poses
+from duocell.models.kinematics.chain import Chain, chain_of
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.screws import forward_and_jacobian, pose_error
+from duocell.models.robot.arm import Arm, BaseRegion, Interval, range_weights
+from duocell.models.robot.robot import Robot
 
 KINDS = ("path", "endless", "dwell", "tilted")
 SHAPES = ("line", "arc", "corners")

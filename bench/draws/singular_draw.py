@@ -10,17 +10,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.pose import rotation_about, rotation_z, transform
-from models.catalogue.catalogue import robot
-from models.cell.cell import Cell
-from models.cell.family import Job, family
-from models.cell.task import Task
-from models.kinematics.kinematics import reach
-from models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval
-from models.robot.posture import ALL_SIGNS
-from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.reduction.reduced import ReducedProblem, reduced_problem
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import rotation_about, rotation_z, transform
+from duocell.models.catalogue.catalogue import robot
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.family import Job, family
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.kinematics import reach
+from duocell.models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval
+from duocell.models.robot.posture import ALL_SIGNS
+from duocell.optimizer.certificate.bounds.boxes import Boxes
+from duocell.optimizer.reduction.reduced import ReducedProblem, reduced_problem
 
 RISES = (0.0, 0.0, 1e-6, 1e-4, 1e-3, 1e-2)
 """rad by which axis 6 may rise over the base plane."""

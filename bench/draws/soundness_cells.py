@@ -8,17 +8,17 @@ import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from bench.draws.cells import CELLS, real_cell
-from models.base.arrays import Floats
-from models.base.pose import transform
-from models.catalogue.catalogue import robot
-from models.cell.cell import Cell
-from models.cell.family import Job, family
-from models.cell.floor import Floor, Footprint
-from models.cell.surroundings import Clearances, Equipment, Part, Pedestal, Surroundings
-from models.cell.task import Task
-from models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
-from models.kinematics.kinematics import reach
-from models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import transform
+from duocell.models.catalogue.catalogue import robot
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.family import Job, family
+from duocell.models.cell.floor import Floor, Footprint
+from duocell.models.cell.surroundings import Clearances, Equipment, Part, Pedestal, Surroundings
+from duocell.models.cell.task import Task
+from duocell.models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
+from duocell.models.kinematics.kinematics import reach
+from duocell.models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
 
 ROBOTS = ("puma560", "ur5e", "kr6_r900", "lrmate200id", "irb6700", "nova5")
 MOUNTS = (

@@ -17,11 +17,11 @@ from bench.judges.dense_check import base_in_world
 from bench.searches.own_stands import OwnTask, own_stands, own_task
 from bench.trials.acceptance_search import case
 from bench.trials.trial import draw_of
-from models.base.arrays import Floats
-from models.cell.cell import Cell
-from models.cell.task import Task
-from models.geometry.shapes import Body, Box
-from models.kinematics.kinematics import flange_poses
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.models.geometry.shapes import Body, Box
+from duocell.models.kinematics.kinematics import flange_poses
 
 NAME = "stations"
 STATIONS = 5

@@ -8,12 +8,12 @@ import numpy as np
 import pinocchio as pin
 
 from bench.trials.trial import draw_of
-from models.base.arrays import Floats
-from models.base.pose import rotation_about, transform
-from models.catalogue import catalogue
-from models.kinematics.chain import chain_of
-from models.kinematics.closed_form import closed_form
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import rotation_about, transform
+from duocell.models.catalogue import catalogue
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.robot.robot import Robot
 
 HABITS = (
     "plain",

@@ -1,8 +1,8 @@
 """Every body of a cell in Coal, and every pair that must keep apart, read from the rules a second time.
 
-What the bodies are is the project's (`models.catalogue.links`, `models.collision.grasp_zone`,
-`models.catalogue.self_pairs`); where they are and how far apart is found out here, by Pinocchio and Coal alone, one
-query per pair.
+What the bodies are is the project's (`duocell.models.catalogue.links`, `duocell.models.collision.grasp_zone`,
+`duocell.models.catalogue.self_pairs`); where they are and how far apart is found out here, by Pinocchio and Coal
+alone, one query per pair.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ import pinocchio as pin
 
 from bench.judges.dense_mounting import carriers, face_depth, is_base
 from bench.judges.dense_shapes import coal_shape
-from models.base.arrays import Floats
-from models.catalogue.links import link_bodies
-from models.catalogue.self_pairs import self_pairs
-from models.cell.cell import Cell
-from models.collision.grasp_zone import outside_zones
-from models.geometry.bounding import bounding
-from models.geometry.shapes import Body, HalfSpace
-from models.kinematics.kinematics import pinocchio_model
-from models.robot.arm import Arm
+from duocell.models.base.arrays import Floats
+from duocell.models.catalogue.links import link_bodies
+from duocell.models.catalogue.self_pairs import self_pairs
+from duocell.models.cell.cell import Cell
+from duocell.models.collision.grasp_zone import outside_zones
+from duocell.models.geometry.bounding import bounding
+from duocell.models.geometry.shapes import Body, HalfSpace
+from duocell.models.kinematics.kinematics import pinocchio_model
+from duocell.models.robot.arm import Arm
 
 
 @dataclass(frozen=True, eq=False)

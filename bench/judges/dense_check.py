@@ -1,7 +1,7 @@
 """A slow judge of layouts: every millimetre of the path, every pair, by Pinocchio, Coal and Shapely alone.
 
-It shares no code with what duocell checks itself by (`optimizer.clearance.clearance`, `models.collision.collision`),
-reads the rules a second time, and is used to judge answers, not to find them.
+It shares no code with what duocell checks itself by (`duocell.optimizer.clearance.clearance`,
+`duocell.models.collision.collision`), reads the rules a second time, and is used to judge answers, not to find them.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ import pinocchio as pin
 from bench.judges.dense_bodies import DenseBodies
 from bench.judges.dense_path import Lost, ObjectSteps, follow, object_steps
 from bench.judges.dense_rules import coupling_excess, floor_gap, region_excess
-from models.base.arrays import Floats
-from models.cell.cell import Cell
-from models.kinematics.kinematics import FLANGE, characteristic_length, pinocchio_model
-from models.robot.arm import Arm
-from optimizer.results.layout import Layout
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
+from duocell.models.kinematics.kinematics import FLANGE, characteristic_length, pinocchio_model
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.results.layout import Layout
 
 LENGTH, ANGLE = 1e-3, radians(0.5)
 """m and rad; steps of the object."""

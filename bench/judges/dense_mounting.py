@@ -9,10 +9,10 @@ import coal
 import numpy as np
 
 from bench.judges.dense_shapes import coal_shape
-from models.base.arrays import Floats
-from models.catalogue.links import link_bodies
-from models.cell.cell import Cell
-from models.robot.arm import Arm
+from duocell.models.base.arrays import Floats
+from duocell.models.catalogue.links import link_bodies
+from duocell.models.cell.cell import Cell
+from duocell.models.robot.arm import Arm
 
 BELOW, ABOVE = 0.02, 1e-3
 """m below the mounting face within which the carrying surface is met, and m above it where the ball starts."""

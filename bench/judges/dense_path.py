@@ -1,7 +1,7 @@
 """The way between the poses in even steps, followed by Pinocchio and Newton's method: plain, slow, on its own.
 
-Nothing here comes from `optimizer.clearance.path_samples` or `optimizer.clearance.motion`: it is what their answers
-are held against.
+Nothing here comes from `duocell.optimizer.clearance.path_samples` or `duocell.optimizer.clearance.motion`: it is what
+their answers are held against.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from models.base.arrays import Floats
-from models.kinematics.kinematics import FLANGE, pinocchio_model
-from models.robot.arm import Arm
+from duocell.models.base.arrays import Floats
+from duocell.models.kinematics.kinematics import FLANGE, pinocchio_model
+from duocell.models.robot.arm import Arm
 
 REACHED = 1e-10
 """Length of a twist (m and rad) at which Newton's method has arrived."""

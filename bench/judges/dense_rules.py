@@ -8,12 +8,12 @@ import numpy as np
 from shapely import Polygon
 from shapely.geometry import MultiPoint, Point
 
-from models.base.arrays import Floats
-from models.base.pose import rotation_z
-from models.cell.cell import Cell
-from models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
-from models.cell.floor import POINT
-from models.robot.arm import Arm, Interval
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import rotation_z
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.cell.floor import POINT
+from duocell.models.robot.arm import Arm, Interval
 
 TURN = 2.0 * pi
 

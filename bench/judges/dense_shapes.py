@@ -7,7 +7,7 @@ from typing import Any
 import coal
 import numpy as np
 
-from models.geometry.shapes import Box, Capsule, Cylinder, HalfSpace, Shape, Sphere
+from duocell.models.geometry.shapes import Box, Capsule, Cylinder, HalfSpace, Shape, Sphere
 
 
 def coal_shape(shape: Shape) -> Any:

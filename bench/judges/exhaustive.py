@@ -21,10 +21,10 @@ from bench.judges.dense_check import dense_check
 from bench.judges.dense_path import ObjectSteps, follow
 from bench.judges.dense_rules import floor_gap
 from bench.judges.grid_stands import lattice_of, stands_of, turned
-from models.base.arrays import Bools, Floats, Ints
-from models.cell.cell import Cell
-from models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
-from models.robot.arm import TURN
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.robot.arm import TURN
 
 BLOCK = 48
 """Candidates of each arm per block of pairs."""

@@ -11,15 +11,15 @@ from bench.judges.dense_mounting import carriers, face_depth
 from bench.judges.dense_rules import floor_gap
 from bench.judges.dense_shapes import coal_shape
 from bench.judges.inner_balls import Balls, point_distances
-from models.base.arrays import Bools, Floats
-from models.catalogue.links import link_bodies
-from models.cell.cell import Cell
-from models.cell.coupling import Direction, Mirror, Rail
-from models.collision.grasp_zone import outside_zones
-from models.geometry.shapes import Body
-from models.kinematics.link_frames import link_frames
-from models.robot.arm import TURN, Arm
-from optimizer.reduction.reduced import evaluate, reduced_problem
+from duocell.models.base.arrays import Bools, Floats
+from duocell.models.catalogue.links import link_bodies
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.coupling import Direction, Mirror, Rail
+from duocell.models.collision.grasp_zone import outside_zones
+from duocell.models.geometry.shapes import Body
+from duocell.models.kinematics.link_frames import link_frames
+from duocell.models.robot.arm import TURN, Arm
+from duocell.optimizer.reduction.reduced import evaluate, reduced_problem
 
 AT_ONCE = 512
 """Base positions evaluated in one go."""

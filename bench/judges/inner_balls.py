@@ -3,8 +3,8 @@
 A ball lies inside its body, so two bodies are at most as far apart as their balls: a rejection is never wrong, an
 acceptance means nothing.
 
-`optimizer.coupled.inner_balls` has the same idea and shares nothing with this on purpose: a search that shared its
-distances could not contradict it.
+`duocell.optimizer.coupled.inner_balls` has the same idea and shares nothing with this on purpose: a search that shared
+its distances could not contradict it.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from math import ceil
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
 
 SPACING = 1.3
 """Distance of neighbouring balls over their radius."""

@@ -19,16 +19,16 @@ from tempfile import TemporaryDirectory
 from time import process_time
 from typing import Any
 
-from models.base.errors import DuocellError
-from service.common.issues import InvalidRequest
-from service.common.problems import document
-from service.http.error_handlers import as_problem
-from service.library.library import Library
-from service.requests.accept import accept, accept_evaluation
-from service.settings import Settings
-from service.uploads.urdf_on_disk import robot_on_disk
-from service.validation.strict_json import NotJson
-from service.workers.solving import evaluate_request, solve_request
+from duocell.models.base.errors import DuocellError
+from duocell.service.common.issues import InvalidRequest
+from duocell.service.common.problems import document
+from duocell.service.http.error_handlers import as_problem
+from duocell.service.library.library import Library
+from duocell.service.requests.accept import accept, accept_evaluation
+from duocell.service.settings import Settings
+from duocell.service.uploads.urdf_on_disk import robot_on_disk
+from duocell.service.validation.strict_json import NotJson
+from duocell.service.workers.solving import evaluate_request, solve_request
 
 ADDRESSES = {"layout": "/v1/layouts", "evaluation": "/v1/layouts/evaluate"}
 OBJECTIVE = 1e-9

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from models.catalogue import catalogue
+from duocell.models.catalogue import catalogue
 
 FOLDER = Path(__file__).resolve().parents[2] / "tests" / "data" / "acceptance" / "search"
 

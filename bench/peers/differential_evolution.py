@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import Bounds, differential_evolution
 
 from bench.comparison.problem import Problem
-from models.base.arrays import Floats
+from duocell.models.base.arrays import Floats
 
 
 def search(problem: Problem, seed: int) -> None:

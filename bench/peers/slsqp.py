@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import Bounds, minimize
 
 from bench.comparison.problem import Problem
-from models.base.arrays import Floats
+from duocell.models.base.arrays import Floats
 
 STEP = 1e-7
 

@@ -13,17 +13,17 @@ from functools import cache
 import numpy as np
 
 from bench.random_arms.ways import dwelling, way_of
-from models.base.arrays import Floats
-from models.base.pose import inverse, rotation_about, rotation_x, rotation_y, transform
-from models.catalogue import catalogue
-from models.cell.cell import Cell
-from models.cell.task import Task
-from models.kinematics.chain import chain_of
-from models.kinematics.closed_form import closed_form
-from models.kinematics.kinematics import characteristic_length, flange_poses
-from models.kinematics.screws import conditioning_of
-from models.robot.arm import FREE_YAW, TURN, Arm, BaseRegion, Interval, equal_weights, range_weights
-from optimizer.reduction.reduced import evaluate, reduced_problem
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import inverse, rotation_about, rotation_x, rotation_y, transform
+from duocell.models.catalogue import catalogue
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.kinematics import characteristic_length, flange_poses
+from duocell.models.kinematics.screws import conditioning_of
+from duocell.models.robot.arm import FREE_YAW, TURN, Arm, BaseRegion, Interval, equal_weights, range_weights
+from duocell.optimizer.reduction.reduced import evaluate, reduced_problem
 
 STREAM = 61209
 """First number of every seed."""

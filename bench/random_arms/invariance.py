@@ -14,12 +14,12 @@ import numpy as np
 
 from bench.random_arms.draw import KINDS, draw
 from bench.trials.trial import Record, options_of, run, table
-from models.base.pose import rotation_z, transform
-from models.cell.cell import Cell
-from models.cell.task import Task
-from models.robot.arm import BaseRegion, Interval
-from optimizer.settings import Settings
-from optimizer.single_arm.search import search_arm
+from duocell.models.base.pose import rotation_z, transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.models.robot.arm import BaseRegion, Interval
+from duocell.optimizer.settings import Settings
+from duocell.optimizer.single_arm.search import search_arm
 
 FARTHEST = 10.0
 """m"""

@@ -10,17 +10,17 @@ import numpy as np
 
 from bench.random_arms.draw import draw
 from bench.random_arms.long_search import long_search
-from models.base.arrays import Floats, Ints
-from models.cell.cell import Cell
-from optimizer.certificate.certify import certify
-from optimizer.reduction.box import search_box
-from optimizer.reduction.reduced import ReducedProblem, reduced_problem
-from optimizer.results.proof import Incumbent
-from optimizer.settings import CertificateSettings, Settings
-from optimizer.single_arm.passable import best_passable
-from optimizer.single_arm.refinement import path_from
-from optimizer.single_arm.search import search_arm
-from optimizer.verification.way import follow_way
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.certificate.certify import certify
+from duocell.optimizer.reduction.box import search_box
+from duocell.optimizer.reduction.reduced import ReducedProblem, reduced_problem
+from duocell.optimizer.results.proof import Incumbent
+from duocell.optimizer.settings import CertificateSettings, Settings
+from duocell.optimizer.single_arm.passable import best_passable
+from duocell.optimizer.single_arm.refinement import path_from
+from duocell.optimizer.single_arm.search import search_arm
+from duocell.optimizer.verification.way import follow_way
 
 TOLERANCE = 1e-3
 """Relative distance to the best known from which an answer counts as missed."""

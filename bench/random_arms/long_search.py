@@ -14,13 +14,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.kinematics.chain import chain_of
-from models.kinematics.kinematics import characteristic_length
-from models.kinematics.screws import conditioning_of
-from models.robot.arm import SINGULAR_WRIST
-from models.robot.posture import ALL_SIGNS
-from optimizer.reduction.reduced import ReducedProblem, evaluate_signed
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.kinematics import characteristic_length
+from duocell.models.kinematics.screws import conditioning_of
+from duocell.models.robot.arm import SINGULAR_WRIST
+from duocell.models.robot.posture import ALL_SIGNS
+from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed
 
 MEMBERS, GENERATIONS = 32, 150
 """Of a posture."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.pose import rotation_about, transform
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import rotation_about, transform
 
 DWELL = 200, 500
 """Poses of a dwell."""

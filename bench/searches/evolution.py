@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import Bounds, OptimizeResult, differential_evolution
 
-from models.base.arrays import Floats
+from duocell.models.base.arrays import Floats
 
 
 def evolve(

@@ -17,8 +17,8 @@ from bench.judges.dense_check import dense_check
 from bench.searches.evolution import evolve
 from bench.searches.own_stands import OwnStands, own_stands, own_task
 from bench.searches.own_ties import FreeBases, free_bases
-from models.base.arrays import Floats
-from models.cell.cell import Cell
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
 
 LEAST, MOST, TIMES = 20.0, 60.0, 100.0
 """CPU s that a cell is searched: `TIMES` times what duocell took, between these two."""

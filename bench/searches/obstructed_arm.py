@@ -15,12 +15,12 @@ from bench.judges.dense_rules import floor_gap
 from bench.judges.dense_shapes import coal_shape
 from bench.judges.inner_balls import Balls, point_distances
 from bench.searches.own_stands import own_stands, own_task
-from models.base.arrays import Bools, Floats, Ints
-from models.catalogue.links import link_bodies
-from models.cell.cell import Cell
-from models.collision.grasp_zone import outside_zones
-from models.geometry.shapes import Body
-from models.kinematics.link_frames import link_frames
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.catalogue.links import link_bodies
+from duocell.models.cell.cell import Cell
+from duocell.models.collision.grasp_zone import outside_zones
+from duocell.models.geometry.shapes import Body
+from duocell.models.kinematics.link_frames import link_frames
 
 BRANCHES, LOOKED_AT = 3, 5
 """Branches of a place that are looked at, cheapest first, and poses at which balls are placed."""

@@ -19,8 +19,8 @@ from bench.searches.evolution import evolve
 from bench.searches.long_search import Longest
 from bench.searches.obstructed_arm import DEEP, Looks, ObstructedArm
 from bench.searches.own_ties import free_bases
-from models.base.arrays import Bools, Floats
-from models.cell.cell import Cell
+from duocell.models.base.arrays import Bools, Floats
+from duocell.models.cell.cell import Cell
 
 STEPS = 2e-3, 0.01
 """m and rad; steps of the dense check."""

@@ -16,8 +16,8 @@ from itertools import product
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Bools, Floats
+from duocell.models.robot.robot import Robot
 
 MET = 1e-7
 """m; axes nearer than this meet; parallel ones differ in direction by less."""

@@ -13,10 +13,10 @@ from math import pi
 import numpy as np
 
 from bench.searches.own_arm import OwnArm, inverse, own_arm
-from models.base.arrays import Bools, Floats
-from models.cell.cell import Cell
-from models.kinematics.kinematics import characteristic_length
-from models.robot.arm import SINGULAR_WRIST, TURN, Arm
+from duocell.models.base.arrays import Bools, Floats
+from duocell.models.cell.cell import Cell
+from duocell.models.kinematics.kinematics import characteristic_length
+from duocell.models.robot.arm import SINGULAR_WRIST, TURN, Arm
 
 YAWS = 72
 """Yaws from which a family of jobs chooses, before the best of them is refined."""

@@ -10,10 +10,10 @@ from math import cos, pi, sin
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.cell.cell import Cell
-from models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
-from models.robot.arm import Interval
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.robot.arm import Interval
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,9 +23,9 @@ from bench.searches.own_arm import own_arm
 from bench.searches.own_stands import wrist_angles
 from bench.trials import trial
 from bench.trials.trial import Answer, Record, add_options, ask, options_from, run, table
-from models.cell.cell import Cell
-from models.robot.arm import SINGULAR_WRIST
-from optimizer.settings import CertificateSettings, Settings
+from duocell.models.cell.cell import Cell
+from duocell.models.robot.arm import SINGULAR_WRIST
+from duocell.optimizer.settings import CertificateSettings, Settings
 
 GAP, LIMIT, SEARCH_LIMIT = 0.01, 10.0, 60.0
 """Relative gap, s of a proof, and s of the exhaustive search of a cell whose answer is a "no" or none."""

@@ -13,8 +13,8 @@ import numpy as np
 
 from bench.draws.singular_draw import members_near_curves, singular_boxes, singular_problem
 from bench.trials.trial import Record, draw_of, options_of, run, table
-from optimizer.certificate.bounds.box_bounds import BoxBounder
-from optimizer.reduction.reduced import evaluate_signed
+from duocell.optimizer.certificate.bounds.box_bounds import BoxBounder
+from duocell.optimizer.reduction.reduced import evaluate_signed
 
 ROBOTS = ("ur10e", "ur5e", "ur3e", "nova5", "cr5", "z1")
 BOXES, SAMPLES = 200, 24

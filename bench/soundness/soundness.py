@@ -19,23 +19,23 @@ import numpy as np
 
 from bench.draws.soundness_cells import soundness_cell
 from bench.trials.trial import Record, draw_of, options_of, run, table
-from models.base.arrays import Floats, Ints
-from models.base.kept import KEPT
-from models.kinematics.chain import chain_of
-from models.kinematics.kinematics import characteristic_length
-from models.kinematics.screws import conditioning_of
-from models.robot.posture import ALL_SIGNS
-from optimizer.certificate.arm_tree import ArmTree
-from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.certificate.exclusion.causes import TOLERANCE
-from optimizer.certificate.exclusion.exclude import Exclusion
-from optimizer.certificate.nodes import Nodes
-from optimizer.certificate.pairs.contact import Contact
-from optimizer.certificate.pairs.store import PairStore
-from optimizer.coupled.combinations.pool import own_lacks
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.reduced import ReducedProblem, evaluate, evaluate_signed, reduced_problem
-from optimizer.verification.scene import Scene
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.base.kept import KEPT
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.kinematics import characteristic_length
+from duocell.models.kinematics.screws import conditioning_of
+from duocell.models.robot.posture import ALL_SIGNS
+from duocell.optimizer.certificate.arm_tree import ArmTree
+from duocell.optimizer.certificate.bounds.boxes import Boxes
+from duocell.optimizer.certificate.exclusion.causes import TOLERANCE
+from duocell.optimizer.certificate.exclusion.exclude import Exclusion
+from duocell.optimizer.certificate.nodes import Nodes
+from duocell.optimizer.certificate.pairs.contact import Contact
+from duocell.optimizer.certificate.pairs.store import PairStore
+from duocell.optimizer.coupled.combinations.pool import own_lacks
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate, evaluate_signed, reduced_problem
+from duocell.optimizer.verification.scene import Scene
 
 BOXES, SAMPLES = 200, 16
 """Boxes per arm, and members sampled of each."""

@@ -16,19 +16,19 @@ import numpy as np
 
 from bench.draws.cells import CELLS, real_cell
 from bench.trials.trial import Record, draw_of, options_of, run
-from models.base.arrays import Floats
-from models.base.kept import KEPT
-from models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
-from models.robot.arm import TURN
-from models.robot.posture import ALL_SIGNS
-from optimizer.certificate.arm_tree import ArmTree
-from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.certificate.nodes import Nodes
-from optimizer.certificate.pairs.pair_tree import PairTree
-from optimizer.certificate.proposals import moved_yaw
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.reduced import evaluate, reduced_problem
-from optimizer.verification.scene import Scene
+from duocell.models.base.arrays import Floats
+from duocell.models.base.kept import KEPT
+from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.robot.arm import TURN
+from duocell.models.robot.posture import ALL_SIGNS
+from duocell.optimizer.certificate.arm_tree import ArmTree
+from duocell.optimizer.certificate.bounds.boxes import Boxes
+from duocell.optimizer.certificate.nodes import Nodes
+from duocell.optimizer.certificate.pairs.pair_tree import PairTree
+from duocell.optimizer.certificate.proposals import moved_yaw
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.reduced import evaluate, reduced_problem
+from duocell.optimizer.verification.scene import Scene
 
 PAIRS, PLACES = 60, 4000
 """Pairs of boxes of a cell, and places among which usable ones are looked for."""

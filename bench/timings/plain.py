@@ -12,13 +12,13 @@ import numpy as np
 from bench.comparison.tasks import MAIN_GRASP, free_height, thesis_arc, thesis_line, ur_beam
 from bench.timings.evaluation import drag
 from bench.timings.server import request_of, serving
-from models.base.pose import rotation_z, transform
-from models.catalogue.catalogue import robot
-from models.cell.cell import Cell
-from models.cell.task import line
-from models.robot.arm import Arm, BaseRegion, Interval, range_weights
-from optimizer.optimize import optimize
-from optimizer.settings import CertificateSettings, Settings
+from duocell.models.base.pose import rotation_z, transform
+from duocell.models.catalogue.catalogue import robot
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import line
+from duocell.models.robot.arm import Arm, BaseRegion, Interval, range_weights
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.settings import CertificateSettings, Settings
 
 REQUESTS = 25
 """Over HTTP."""

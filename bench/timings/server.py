@@ -16,9 +16,9 @@ from typing import Any
 from urllib.error import URLError
 from urllib.request import Request, urlopen
 
-from models.base.pose import transform
-from models.cell.cell import Cell
-from service.cli.demo import free_port
+from duocell.models.base.pose import transform
+from duocell.models.cell.cell import Cell
+from duocell.service.cli.demo import free_port
 
 READY_WITHIN = 60.0
 """s"""

@@ -29,29 +29,30 @@ from bench.draws.cells import real_cell
 from bench.draws.known_cells import case
 from bench.timings.plain import pair
 from bench.trials.trial import Record, append, table
-from models.cell.cell import Cell
-from models.cell.task import Task
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
 
 HERE = Path(__file__).resolve().parents[2]
 CHOSEN = (1, 4, 8, 11, 12)
 """Of the hundred cells."""
 WORKER = """
-import importlib, json, pickle, sys, time
+import importlib, json, pathlib, pickle, sys, time
+rooted = pathlib.Path("src/duocell").is_dir()
 def module(name):
-    root, *rooms, last = name.split(".")
+    root, *rooms, last = name.removeprefix("duocell.").split(".")
     ways = [".".join([root, *rooms[k:], last]) for k in range(len(rooms) + 1)]
     for way in ways:
         try:
-            return importlib.import_module(way)
+            return importlib.import_module(("duocell." if rooted else "") + way)
         except ModuleNotFoundError:
             continue
     raise ModuleNotFoundError(name)
 class Reader(pickle.Unpickler):
     def find_class(self, name, member):
-        ours = name.split('.')[0] in ('models', 'optimizer')
+        ours = name.split('.')[0] == 'duocell'
         return getattr(module(name), member) if ours else super().find_class(name, member)
-optimize = module("optimizer.optimize").optimize
-Settings = module("optimizer.settings").Settings
+optimize = module("duocell.optimizer.optimize").optimize
+Settings = module("duocell.optimizer.settings").Settings
 with open(sys.argv[1], "rb") as file:
     warm, cell = Reader(file).load()
 count, auto = int(sys.argv[2]), sys.argv[3] == "auto"
@@ -69,7 +70,7 @@ answer = {"word": layout.outcome.value, "objective": layout.objective, "first": 
 print(json.dumps({"cpu": sorted(cpu)[count // 2], "wall": sorted(wall)[count // 2], **answer}))
 """
 """Runs in either checkout: cell in a file, number of calls, "auto" for the automatic certificate. Older versions have
-the same modules in fewer rooms."""
+the same modules in fewer rooms and without a common root."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +118,7 @@ def with_poses(cell: Cell, count: int) -> Cell:
 
 def measure(checkout: Path, file: Path, calls: int, auto: bool) -> Record:
     """One process in one checkout."""
-    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    environment = os.environ | {"PYTHONPATH": str(checkout / "src")}
     command = [sys.executable, "-c", WORKER, str(file), str(calls), "auto" if auto else "none"]
     done = subprocess.run(command, cwd=checkout, env=environment, capture_output=True, text=True, check=False)
     if done.returncode:

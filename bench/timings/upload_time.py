@@ -17,9 +17,9 @@ import numpy as np
 import trimesh
 
 from bench.timings.server import serving
-from models.base.arrays import Floats
-from service.settings import Limits
-from service.uploads.robot_intake import RobotFiles, robot_from_files
+from duocell.models.base.arrays import Floats
+from duocell.service.settings import Limits
+from duocell.service.uploads.robot_intake import RobotFiles, robot_from_files
 
 LINKS = ("base_link", "shoulder", "upper_arm", "elbow", "forearm", "wrist", "hand")
 AXES = ("0 0 1", "0 1 0", "0 1 0", "1 0 0", "0 1 0", "1 0 0")

@@ -20,15 +20,15 @@ from typing import Any
 from bench.judges.dense_check import judge
 from bench.kept.kept_requests import FOLDER, kept
 from bench.trials.trial import WORSE, Answer, append, ask, table
-from models.cell.cell import Cell
-from optimizer.results.layout import Layout
-from optimizer.settings import Settings
-from service.library.library import Library
-from service.requests.accept import accept
-from service.requests.convert import cell_of, settings_of
-from service.schemas.request import LayoutRequest
-from service.settings import Settings as ServiceSettings
-from service.uploads.urdf_on_disk import robot_on_disk
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.results.layout import Layout
+from duocell.optimizer.settings import Settings
+from duocell.service.library.library import Library
+from duocell.service.requests.accept import accept
+from duocell.service.requests.convert import cell_of, settings_of
+from duocell.service.schemas.request import LayoutRequest
+from duocell.service.settings import Settings as ServiceSettings
+from duocell.service.uploads.urdf_on_disk import robot_on_disk
 
 PATIENT = 900.0
 """s of wall time that a case may take."""

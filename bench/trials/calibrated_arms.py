@@ -16,23 +16,23 @@ import numpy as np
 from scipy.optimize import minimize
 
 from bench.trials.trial import Answer, Record, ask, draw_of, is_worse, options_of, run, table
-from models.base.arrays import Floats
-from models.base.pose import inverse, rotation_about, transform
-from models.catalogue import catalogue
-from models.cell.cell import Cell
-from models.cell.task import Task
-from models.kinematics.branches import path_signs
-from models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
-from models.kinematics.nominal import nominal, posture_form
-from models.kinematics.numeric_inverse import brought_to
-from models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
-from models.robot.posture import Posture
-from models.robot.robot import Robot
-from optimizer.nlp.measure import objective_of
-from optimizer.nlp.program import ArmPoint
-from optimizer.settings import Settings
-from optimizer.verification.verify import check
-from optimizer.verification.way import follow_way
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import inverse, rotation_about, transform
+from duocell.models.catalogue import catalogue
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.branches import path_signs
+from duocell.models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
+from duocell.models.kinematics.nominal import nominal, posture_form
+from duocell.models.kinematics.numeric_inverse import brought_to
+from duocell.models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
+from duocell.models.robot.posture import Posture
+from duocell.models.robot.robot import Robot
+from duocell.optimizer.nlp.measure import objective_of
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.settings import Settings
+from duocell.optimizer.verification.verify import check
+from duocell.optimizer.verification.way import follow_way
 
 ROBOTS = ("ur10e", "puma560", "irb120", "ur3e", "kr6_r900", "nova5")
 SMALLEST, LARGEST = 1e-6, 3e-3

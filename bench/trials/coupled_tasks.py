@@ -15,15 +15,15 @@ from bench.draws.cell_draw import PAIRS, REACH, Known
 from bench.searches.long_search import budget, long_search
 from bench.searches.own_stands import own_stands, own_task
 from bench.trials.trial import Record, ask, draw_of, is_worse, options_of, run, table
-from models.base.arrays import Floats
-from models.base.pose import inverse, rotation_about, rotation_z, transform
-from models.catalogue.catalogue import robot
-from models.cell.cell import Cell
-from models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
-from models.cell.task import Task, line
-from models.kinematics.kinematics import flange_poses
-from models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
-from optimizer.settings import Settings
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import inverse, rotation_about, rotation_z, transform
+from duocell.models.catalogue.catalogue import robot
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.cell.task import Task, line
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
+from duocell.optimizer.settings import Settings
 
 NAME = "coupled_tasks"
 KINDS = ("same_z", "distance", "direction", "mirror", "rail")

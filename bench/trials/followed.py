@@ -19,10 +19,10 @@ from bench.judges.dense_check import ANGLE, LENGTH, base_in_world
 from bench.judges.dense_path import Lost, follow, object_steps
 from bench.random_arms.draw import KINDS, draw
 from bench.trials.trial import Record, ask, options_of, run, table
-from models.cell.cell import Cell
-from models.cell.task import Task
-from optimizer.results.layout import Layout
-from optimizer.settings import Settings
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.optimizer.results.layout import Layout
+from duocell.optimizer.settings import Settings
 
 PATIENT = 600.0
 """s of wall time that a task may take."""

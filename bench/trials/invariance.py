@@ -14,8 +14,8 @@ from bench.draws.redundant_draw import arms_without_reduction, drawn_cell
 from bench.random_arms import draw as single
 from bench.trials.coupled_tasks import coupled_task
 from bench.trials.trial import Record, ask, draw_of, options_of, run, table
-from models.cell.cell import Cell
-from optimizer.settings import Settings
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.settings import Settings
 
 NAME = "invariance"
 SAME = 1e-6

@@ -28,15 +28,15 @@ from typing import Any
 
 from bench.draws.large_draw import large_request, meshes
 from bench.trials.trial import Options, Record, add_options, options_from, run, table
-from optimizer.monitoring.watch import ending
-from service.common.issues import InvalidRequest
-from service.library.library import Library
-from service.requests.accept import Accepted, accept
-from service.settings import Limits, Settings
-from service.workers import worker
-from service.workers.executor import SolveFailed, Task
-from service.workers.pool import ProcessExecutor
-from service.workers.worker import Answer
+from duocell.optimizer.monitoring.watch import ending
+from duocell.service.common.issues import InvalidRequest
+from duocell.service.library.library import Library
+from duocell.service.requests.accept import Accepted, accept
+from duocell.service.settings import Limits, Settings
+from duocell.service.workers import worker
+from duocell.service.workers.executor import SolveFailed, Task
+from duocell.service.workers.pool import ProcessExecutor
+from duocell.service.workers.worker import Answer
 
 COUNT = 200
 LATE = 2.0

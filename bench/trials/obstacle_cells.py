@@ -21,9 +21,9 @@ from bench.searches.obstructed_search import obstructed_search
 from bench.soundness.proved_share import keeps_wrists
 from bench.trials.coupled_tasks import say, summary
 from bench.trials.trial import Answer, Record, ask, draw_of, is_worse, options_of, run
-from models.base.arrays import Floats
-from models.cell.cell import Cell
-from optimizer.settings import Settings
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.settings import Settings
 
 NAME = "obstacle_cells"
 STEPS = 2e-3, 0.01

@@ -20,21 +20,21 @@ import numpy as np
 
 from bench.draws.redundant_draw import KINDS, arms_without_reduction, drawn_cell
 from bench.trials.trial import WORSE, Record, add_options, draw_of, is_worse, options_from, run, table
-from models.base.arrays import Floats, Ints
-from models.cell.cell import Cell
-from models.cell.task import Task
-from models.kinematics.kinematics import flange_poses
-from models.robot.arm import Arm
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.box import search_box
-from optimizer.settings import Settings
-from optimizer.single_arm.continuation import continue_paths
-from optimizer.single_arm.local import solve_locally
-from optimizer.single_arm.passable import best_passable
-from optimizer.single_arm.redundant.parameters import PARAMETERS
-from optimizer.single_arm.redundant.unreduced import Optimum, search_unreduced
-from optimizer.single_arm.search import search_arm
-from optimizer.verification.way import follow_way
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.box import search_box
+from duocell.optimizer.settings import Settings
+from duocell.optimizer.single_arm.continuation import continue_paths
+from duocell.optimizer.single_arm.local import solve_locally
+from duocell.optimizer.single_arm.passable import best_passable
+from duocell.optimizer.single_arm.redundant.parameters import PARAMETERS
+from duocell.optimizer.single_arm.redundant.unreduced import Optimum, search_unreduced
+from duocell.optimizer.single_arm.search import search_arm
+from duocell.optimizer.verification.way import follow_way
 
 LONG = replace(PARAMETERS, seeds=2048, spread_kept=512, middle_kept=160, polished=16, polished_endless=24, worth=1.4)
 SEEDS = (11, 12)

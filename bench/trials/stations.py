@@ -15,10 +15,10 @@ from bench.draws.station_draw import NAME, StationTask, bodies_at, is_clean, own
 from bench.judges.dense_check import dense_check
 from bench.searches.own_stands import own_stands
 from bench.trials.trial import Record, ask, draw_of, options_of, run, table
-from models.base.arrays import Floats
-from models.cell.cell import Cell
-from optimizer.results.layout import Layout
-from optimizer.settings import Settings
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.results.layout import Layout
+from duocell.optimizer.settings import Settings
 
 RANDOM_SECONDS = 10.0
 """CPU s of the random search."""

@@ -17,10 +17,10 @@ import numpy as np
 from bench.random_arms.draw import KINDS, draw
 from bench.searches.own_stands import conditioning, own_stands, own_task
 from bench.trials.trial import Record, ask, draw_of, options_of, run, table
-from models.base.arrays import Floats
-from models.cell.cell import Cell
-from models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval
-from optimizer.settings import Settings
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
+from duocell.models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval
+from duocell.optimizer.settings import Settings
 
 NAME = "tight arms"
 CHOSEN = tuple(kind for kind in KINDS if kind != "dwell")

@@ -18,10 +18,10 @@ from zlib import crc32
 
 import numpy as np
 
-from models.cell.cell import Cell
-from optimizer.optimize import optimize
-from optimizer.results.layout import Layout
-from optimizer.settings import Settings
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.results.layout import Layout
+from duocell.optimizer.settings import Settings
 
 Record = dict[str, Any]
 """One line of a trial: plain JSON, with the number of the task under ``seed``."""

@@ -15,14 +15,14 @@ import pinocchio as pin
 
 from bench.draws.urdf_draw import HABITS, Drawn, draw
 from bench.trials.trial import Record, options_of, run, table
-from models.base.arrays import Floats
-from models.description.urdf_file import parse_document
-from models.kinematics.kinematics import flange_poses
-from models.kinematics.nominal import posture_form
-from models.robot.robot import Robot
-from service.common.issues import InvalidRequest
-from service.settings import Limits
-from service.uploads.robot_intake import RobotFiles, robot_from_files
+from duocell.models.base.arrays import Floats
+from duocell.models.description.urdf_file import parse_document
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.kinematics.nominal import posture_form
+from duocell.models.robot.robot import Robot
+from duocell.service.common.issues import InvalidRequest
+from duocell.service.settings import Limits
+from duocell.service.uploads.robot_intake import RobotFiles, robot_from_files
 from tests.support.given.own_robot import zipped
 
 COUNT = 400

@@ -14,15 +14,15 @@ import numpy as np
 
 from bench.judges.dense_bodies import DenseBodies
 from bench.trials.trial import Record, ask, draw_of, options_of, run, table
-from models.base.arrays import Floats
-from models.catalogue.catalogue import robot
-from models.cell.cell import Cell
-from models.cell.surroundings import Clearances, Surroundings
-from models.cell.task import Task
-from models.geometry.shapes import Body, HalfSpace
-from models.kinematics.kinematics import characteristic_length, conditioning, flange_poses, jacobians
-from models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
-from optimizer.settings import Settings
+from duocell.models.base.arrays import Floats
+from duocell.models.catalogue.catalogue import robot
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.surroundings import Clearances, Surroundings
+from duocell.models.cell.task import Task
+from duocell.models.geometry.shapes import Body, HalfSpace
+from duocell.models.kinematics.kinematics import characteristic_length, conditioning, flange_poses, jacobians
+from duocell.models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
+from duocell.optimizer.settings import Settings
 
 NAME = "waypoints"
 ROBOTS = ("ur10e", "franka_panda", "iiwa14", "gen3")

@@ -11,8 +11,8 @@ from math import hypot, pi
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models.base.arrays import Floats
-from models.base.errors import InvalidRotation
+from duocell.models.base.arrays import Floats
+from duocell.models.base.errors import InvalidRotation
 
 TOLERANCE = 1e-3
 """How far a user's quaternion length or the stretches of a user's matrix may be from one: three printed digits."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from models.base.errors import InvalidInput
+from duocell.models.base.errors import InvalidInput
 
 
 def check_between(what: str, value: float, allowed: tuple[float, float], pointer: str) -> None:

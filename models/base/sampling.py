@@ -10,7 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from models.base.arrays import Floats
+from duocell.models.base.arrays import Floats
 
 
 @lru_cache(maxsize=128)

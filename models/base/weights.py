@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.errors import InvalidInput
+from duocell.models.base.arrays import Floats
+from duocell.models.base.errors import InvalidInput
 
 LEAST_WEIGHT, MOST_WEIGHT = 1e-12, 1e15
 """Of weights that are not 0. A cost is the sum of at most some 1e5 products of two weights and the square of an angle

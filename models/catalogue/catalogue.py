@@ -21,13 +21,13 @@ import ssik
 from ssik.prebuilt._manifest import Arm as ShippedArm
 from ssik.prebuilt._manifest import load_manifest
 
-from models.base.arrays import Floats
-from models.base.errors import UnknownRobot
-from models.catalogue.dh import DhRow, robot_from_dh
-from models.catalogue.reference import working_reference
-from models.robot.linear_limits import LinearLimits, row_name
-from models.robot.robot import Robot
-from models.robot.robot_frames import frames_of
+from duocell.models.base.arrays import Floats
+from duocell.models.base.errors import UnknownRobot
+from duocell.models.catalogue.dh import DhRow, robot_from_dh
+from duocell.models.catalogue.reference import working_reference
+from duocell.models.robot.linear_limits import LinearLimits, row_name
+from duocell.models.robot.robot import Robot
+from duocell.models.robot.robot_frames import frames_of
 
 SOURCE_PUMA = "puma560"
 

@@ -12,12 +12,12 @@ from math import isfinite, pi
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.errors import InvalidRobot
-from models.base.pose import rotation_x, rotation_z, transform
-from models.kinematics.kinematics import characteristic_length, conditioning
-from models.robot.arm import NARROWEST
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Floats
+from duocell.models.base.errors import InvalidRobot
+from duocell.models.base.pose import rotation_x, rotation_z, transform
+from duocell.models.kinematics.kinematics import characteristic_length, conditioning
+from duocell.models.robot.arm import NARROWEST
+from duocell.models.robot.robot import Robot
 
 JOINT_COUNTS = (6, 7)
 """Inverse kinematics exists for six and seven joints; fewer cannot take a free pose, more have no finite branches."""

@@ -19,11 +19,11 @@ from typing import Any, Literal
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.pose import transform
-from models.geometry.shapes import Body, Capsule, Sphere
-from models.kinematics.kinematics import reach
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import transform
+from duocell.models.geometry.shapes import Body, Capsule, Sphere
+from duocell.models.kinematics.kinematics import reach
+from duocell.models.robot.robot import Robot
 
 AT_BASE, AT_FLANGE = 0.085, 0.04
 """Radius over reach of the first and the last link."""
@@ -45,7 +45,7 @@ class LinkBody:
 
     Attributes:
         link: 0 for the base, i for what moves with joint i.
-        body: in the frame of the link (`models.kinematics.link_frames`).
+        body: in the frame of the link (`duocell.models.kinematics.link_frames`).
         provenance: "mesh" from the maker's collision meshes, "cited" measured with a source, "estimated" by rule.
         source: where it comes from.
     """

@@ -6,9 +6,9 @@ from itertools import product
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.kinematics.kinematics import characteristic_length, conditioning
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Floats
+from duocell.models.kinematics.kinematics import characteristic_length, conditioning
+from duocell.models.robot.robot import Robot
 
 SINGULAR = 0.02
 """Mid-range postures conditioned worse than this are not used as a reference."""

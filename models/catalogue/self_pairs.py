@@ -10,13 +10,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
-from models.base.sampling import even_points
-from models.geometry.bounding import Bounding, exact_box_distances, segment_distances
-from models.geometry.separation import separation
-from models.geometry.shapes import Body, Box
-from models.kinematics.link_frames import link_frames
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Bools, Floats
+from duocell.models.base.sampling import even_points
+from duocell.models.geometry.bounding import Bounding, exact_box_distances, segment_distances
+from duocell.models.geometry.separation import separation
+from duocell.models.geometry.shapes import Body, Box
+from duocell.models.kinematics.link_frames import link_frames
+from duocell.models.robot.robot import Robot
 
 SAMPLES = 128
 OFTEN = 0.2

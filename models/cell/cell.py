@@ -7,12 +7,12 @@ from math import pi
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.pose import inverse
-from models.cell.coupling import Coupling
-from models.cell.surroundings import Surroundings
-from models.cell.task import Task
-from models.robot.arm import Arm
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import inverse
+from duocell.models.cell.coupling import Coupling
+from duocell.models.cell.surroundings import Surroundings
+from duocell.models.cell.task import Task
+from duocell.models.robot.arm import Arm
 
 DEFAULT_MAX_JOINT_STEP = pi / 2
 

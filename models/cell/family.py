@@ -8,8 +8,8 @@ from math import isfinite
 
 import numpy as np
 
-from models.base.errors import InvalidTask
-from models.cell.task import Task
+from duocell.models.base.errors import InvalidTask
+from duocell.models.cell.task import Task
 
 
 @dataclass(frozen=True, eq=False, slots=True)

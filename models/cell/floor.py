@@ -12,11 +12,18 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models.base.arrays import Floats, frozen, set_frozen
-from models.base.errors import InvalidInput
-from models.base.ranges import check_between
-from models.geometry.convex_polygons import convex_parts, cross, hull_and_dents, opened, polygon_gaps, simple_polygon
-from models.geometry.shapes import LARGEST, SMALLEST
+from duocell.models.base.arrays import Floats, frozen, set_frozen
+from duocell.models.base.errors import InvalidInput
+from duocell.models.base.ranges import check_between
+from duocell.models.geometry.convex_polygons import (
+    convex_parts,
+    cross,
+    hull_and_dents,
+    opened,
+    polygon_gaps,
+    simple_polygon,
+)
+from duocell.models.geometry.shapes import LARGEST, SMALLEST
 
 
 @dataclass(frozen=True, eq=False)

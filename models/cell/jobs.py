@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from models.base.arrays import Bools
+from duocell.models.base.arrays import Bools
 
 
 def slices(starts: Sequence[int], count: int) -> tuple[slice, ...]:

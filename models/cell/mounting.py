@@ -12,12 +12,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.base.kept import KEPT
-from models.cell.surroundings import Surroundings
-from models.geometry.floor_level import ABOVE, lowest
-from models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
-from models.robot.arm import Arm
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.base.kept import KEPT
+from duocell.models.cell.surroundings import Surroundings
+from duocell.models.geometry.floor_level import ABOVE, lowest
+from duocell.models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
+from duocell.models.robot.arm import Arm
 
 DEPTH = 0.02
 """m below the mounting face within which the carrying surface is looked for: plates, feet, levelling screws."""

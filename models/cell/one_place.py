@@ -7,9 +7,9 @@ from itertools import combinations
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.kept import KEPT
-from models.robot.arm import Arm
+from duocell.models.base.arrays import Floats
+from duocell.models.base.kept import KEPT
+from duocell.models.robot.arm import Arm
 
 NEAREST = 0.05
 """m between the origins of two bases: less than the radius of any base in the catalogue."""

@@ -13,17 +13,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
-from models.base.kept import KEPT
-from models.cell.task import Task
-from models.kinematics.branches import posture_terms
-from models.kinematics.closed_form import closed_form
-from models.kinematics.nominal import singular_fifth
-from models.robot.arm import SINGULAR_WRIST, Arm
+from duocell.models.base.arrays import Bools, Floats
+from duocell.models.base.kept import KEPT
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.branches import posture_terms
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.nominal import singular_fifth
+from duocell.models.robot.arm import SINGULAR_WRIST, Arm
 
 SHOULDER, ELBOW = 1e-3, 1e-3
 """m that the wrist's point keeps in front of axis 1 (or behind it), and rad that the elbow keeps from being stretched
-or folded, along a way. The wrist keeps `models.robot.arm.SINGULAR_WRIST`."""
+or folded, along a way. The wrist keeps `duocell.models.robot.arm.SINGULAR_WRIST`."""
 SPARE = 1.25
 """Programs ask for so much more, because they see a way at few places only."""
 STILL = 1e-9

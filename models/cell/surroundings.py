@@ -8,15 +8,15 @@ from enum import StrEnum
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.errors import InvalidInput
-from models.base.pose import transform
-from models.base.ranges import check_between
-from models.catalogue.links import LinkBody, link_bodies
-from models.cell.floor import POINT, Floor, Footprint
-from models.geometry.floor_level import bulges_below
-from models.geometry.shapes import LARGEST, SMALLEST, Body, Box, ConvexHull, Cylinder, HalfSpace, Shape
-from models.robot.arm import Arm
+from duocell.models.base.arrays import Floats
+from duocell.models.base.errors import InvalidInput
+from duocell.models.base.pose import transform
+from duocell.models.base.ranges import check_between
+from duocell.models.catalogue.links import LinkBody, link_bodies
+from duocell.models.cell.floor import POINT, Floor, Footprint
+from duocell.models.geometry.floor_level import bulges_below
+from duocell.models.geometry.shapes import LARGEST, SMALLEST, Body, Box, ConvexHull, Cylinder, HalfSpace, Shape
+from duocell.models.robot.arm import Arm
 
 Obstacle = Body
 """A body in the world."""
@@ -135,7 +135,8 @@ class Equipment:
     Attributes:
         tool: bodies in the flange frame.
         pedestal: under the base, or None.
-        links: bodies of the links, or None for those the catalogue knows or estimates (`models.catalogue.links`).
+        links: bodies of the links, or None for those the catalogue knows or estimates
+        (`duocell.models.catalogue.links`).
         footprint: what the base covers of the floor, or None for that of the pedestal.
     """
 

@@ -11,11 +11,11 @@ from math import asin, atan2, isfinite, pi, sin
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models.base.arrays import Bools, Floats, Ints, set_frozen
-from models.base.errors import InvalidRotation, InvalidTask
-from models.base.pose import HALF_TURN_TOLERANCE, interpolate_rotations, rotation_about, transform
-from models.base.weights import check_weights
-from models.cell.jobs import joined, slices
+from duocell.models.base.arrays import Bools, Floats, Ints, set_frozen
+from duocell.models.base.errors import InvalidRotation, InvalidTask
+from duocell.models.base.pose import HALF_TURN_TOLERANCE, interpolate_rotations, rotation_about, transform
+from duocell.models.base.weights import check_weights
+from duocell.models.cell.jobs import joined, slices
 
 LENGTH_TOLERANCE = 1e-6
 """m; how far arc data may contradict themselves (radii of both ends, chord against normal)."""

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints, set_frozen
-from models.cell.mounting import Mounting, face_depth
-from models.cell.surroundings import PairClass, Surroundings
-from models.collision.collision_bodies import EVERY, CellBodies, Owner, collect, frame_offsets
-from models.collision.pair_bounds import PairBounds
-from models.geometry.separation import Separation, separation
-from models.kinematics.link_frames import link_frames
-from models.robot.arm import Arm
+from duocell.models.base.arrays import Bools, Floats, Ints, set_frozen
+from duocell.models.cell.mounting import Mounting, face_depth
+from duocell.models.cell.surroundings import PairClass, Surroundings
+from duocell.models.collision.collision_bodies import EVERY, CellBodies, Owner, collect, frame_offsets
+from duocell.models.collision.pair_bounds import PairBounds
+from duocell.models.geometry.separation import Separation, separation
+from duocell.models.kinematics.link_frames import link_frames
+from duocell.models.robot.arm import Arm
 
 
 @dataclass(frozen=True, eq=False)
@@ -295,7 +295,7 @@ class CollisionModel:
         return sorted((c for c in found if c.distance < limits[c.pair]), key=lambda c: c.distance)
 
     def counted(self, bases: Floats) -> Bools:
-        """(P,) False where a base meets what it is mounted on (`models.cell.mounting`), for bases (A, 4, 4)."""
+        """(P,) False where a base meets what it is mounted on (`duocell.models.cell.mounting`), for bases (A, 4, 4)."""
         if self._bolted is not None:
             return self._bolted
         key = np.asarray(bases).tobytes()

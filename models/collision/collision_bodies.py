@@ -9,15 +9,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.catalogue.self_pairs import self_pairs
-from models.cell.mounting import DEPTH, face_depth
-from models.cell.surroundings import PairClass, Part, Surroundings
-from models.collision.grasp_zone import outside_zones
-from models.geometry.bounding import Bounding, bounding
-from models.geometry.floor_level import ends_at, lowest
-from models.geometry.shapes import Body, HalfSpace
-from models.robot.arm import Arm
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.catalogue.self_pairs import self_pairs
+from duocell.models.cell.mounting import DEPTH, face_depth
+from duocell.models.cell.surroundings import PairClass, Part, Surroundings
+from duocell.models.collision.grasp_zone import outside_zones
+from duocell.models.geometry.bounding import Bounding, bounding
+from duocell.models.geometry.floor_level import ends_at, lowest
+from duocell.models.geometry.shapes import Body, HalfSpace
+from duocell.models.robot.arm import Arm
 
 
 class Owner(NamedTuple):

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints, set_frozen
-from models.collision.collision import CollisionModel, Configurations, Contact
-from models.collision.collision_bodies import Owner
+from duocell.models.base.arrays import Floats, Ints, set_frozen
+from duocell.models.collision.collision import CollisionModel, Configurations, Contact
+from duocell.models.collision.collision_bodies import Owner
 
 
 @dataclass(frozen=True, eq=False)

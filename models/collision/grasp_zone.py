@@ -7,10 +7,10 @@ from itertools import combinations
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.errors import InvalidInput
-from models.base.pose import transform
-from models.geometry.shapes import SMALLEST, Body, Box, Capsule, ConvexHull, Cylinder, Sphere
+from duocell.models.base.arrays import Floats
+from duocell.models.base.errors import InvalidInput
+from duocell.models.base.pose import transform
+from duocell.models.geometry.shapes import SMALLEST, Body, Box, Capsule, ConvexHull, Cylinder, Sphere
 
 
 def outside_zones(bodies: Iterable[Body], grasps: Floats, zone: float) -> tuple[Body, ...]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.collision.collision_bodies import CellBodies
-from models.geometry.bounding import ROUNDING, box_distances, box_gaps, exact_box_distances, segment_distances
-from models.geometry.shapes import Box
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.collision.collision_bodies import CellBodies
+from duocell.models.geometry.bounding import ROUNDING, box_distances, box_gaps, exact_box_distances, segment_distances
+from duocell.models.geometry.shapes import Box
 
 _AT_ONCE = 200_000
 """Pairs times configurations bounded in one go."""

@@ -19,9 +19,9 @@ import re
 from dataclasses import dataclass
 from functools import lru_cache
 
-from models.base.errors import InvalidRobot
-from models.catalogue.dh import JOINT_COUNTS
-from models.description.link_tree import Joint, LinkTree
+from duocell.models.base.errors import InvalidRobot
+from duocell.models.catalogue.dh import JOINT_COUNTS
+from duocell.models.description.link_tree import Joint, LinkTree
 
 FLANGES = ("tool0", "flange", "ee_link", "tcp")
 """What a flange is called, the likeliest first."""

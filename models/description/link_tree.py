@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from xml.etree import ElementTree
 
-from models.base.errors import InvalidRobot
+from duocell.models.base.errors import InvalidRobot
 
 TURNING = ("revolute", "continuous")
 """Types of joints that an arm may consist of, beside fixed ones."""

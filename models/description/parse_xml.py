@@ -6,7 +6,7 @@ from typing import Any
 from xml.etree import ElementTree
 from xml.parsers import expat
 
-from models.base.errors import InvalidRobot
+from duocell.models.base.errors import InvalidRobot
 
 DEEPEST = 100
 """Elements within elements; a URDF needs five."""

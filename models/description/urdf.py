@@ -1,5 +1,5 @@
 """Robots from URDF files: the kinematics of one chain, nothing else. Bodies of its links:
-`models.description.urdf_bodies`.
+`duocell.models.description.urdf_bodies`.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ from xml.etree import ElementTree
 import numpy as np
 import pinocchio as pin
 
-from models.base.arrays import Floats
-from models.base.errors import InvalidRobot
-from models.base.pose import inverse
-from models.catalogue.dh import MAX_ANGLE, MAX_LENGTH, check_full_rank
-from models.catalogue.reference import working_reference
-from models.description.chain_choice import ChainChoice, choose_chain
-from models.description.link_tree import LinkTree
-from models.description.urdf_file import build_model, read_document
-from models.kinematics.kinematics import chain
-from models.kinematics.nominal import as_drawn
-from models.robot.arm import TURN
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Floats
+from duocell.models.base.errors import InvalidRobot
+from duocell.models.base.pose import inverse
+from duocell.models.catalogue.dh import MAX_ANGLE, MAX_LENGTH, check_full_rank
+from duocell.models.catalogue.reference import working_reference
+from duocell.models.description.chain_choice import ChainChoice, choose_chain
+from duocell.models.description.link_tree import LinkTree
+from duocell.models.description.urdf_file import build_model, read_document
+from duocell.models.kinematics.kinematics import chain
+from duocell.models.kinematics.nominal import as_drawn
+from duocell.models.robot.arm import TURN
+from duocell.models.robot.robot import Robot
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,8 @@ def robot_from_urdf(path: Path | str, base_link: str | None = None, tip: str | N
 
     Args:
         path: the file.
-        base_link: link that becomes the base frame; default: see `models.description.chain_choice`. It may be any link
+        base_link: link that becomes the base frame; default: see `duocell.models.description.chain_choice`. It may be
+        any link
             that is rigidly fixed to the one on which the first joint hangs.
         tip: link that becomes the flange frame; default: likewise.
 
@@ -66,8 +67,8 @@ def robot_from_document(
     """The chain from one link of a URDF document to another.
 
     Args:
-        document: see `models.description.urdf_file.parse_document`.
-        model: ``pin.Model`` of the document (`models.description.urdf_file.build_model`).
+        document: see `duocell.models.description.urdf_file.parse_document`.
+        model: ``pin.Model`` of the document (`duocell.models.description.urdf_file.build_model`).
         file: name of the file it came from.
         base_link: see `robot_from_urdf`. tip: likewise.
 

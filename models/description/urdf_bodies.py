@@ -1,7 +1,7 @@
 """Bodies of a robot's links from the collision geometry of its URDF file.
 
-Primitives are taken as they are, meshes as the convex pieces of `models.geometry`. Links on joints that are not part of
-the chain (a gripper's fingers, a torso's other arm) are taken where these joints are neutral.
+Primitives are taken as they are, meshes as the convex pieces of `duocell.models.geometry`. Links on joints that are
+not part of the chain (a gripper's fingers, a torso's other arm) are taken where these joints are neutral.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from xml.etree import ElementTree
 import numpy as np
 import pinocchio as pin
 
-from models.base.arrays import Floats
-from models.base.errors import InvalidInput, InvalidRobot
-from models.base.pose import inverse, rotation_from_rpy, transform
-from models.catalogue.links import LinkBody, estimated_bodies
-from models.geometry.link_meshes import LONGEST, LinkMeshes, MeshSource
-from models.geometry.piece_cache import PieceCache
-from models.geometry.shapes import Body, Box, Capsule, Cylinder, Shape, Sphere
-from models.kinematics.kinematics import reach
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Floats
+from duocell.models.base.errors import InvalidInput, InvalidRobot
+from duocell.models.base.pose import inverse, rotation_from_rpy, transform
+from duocell.models.catalogue.links import LinkBody, estimated_bodies
+from duocell.models.geometry.link_meshes import LONGEST, LinkMeshes, MeshSource
+from duocell.models.geometry.piece_cache import PieceCache
+from duocell.models.geometry.shapes import Body, Box, Capsule, Cylinder, Shape, Sphere
+from duocell.models.kinematics.kinematics import reach
+from duocell.models.robot.robot import Robot
 
 MOST_BODIES = 1000
 """Of a robot; one that was taken apart with care has a hundred."""
@@ -80,10 +80,11 @@ def urdf_link_bodies(
 
     Args:
         document: the whole ``<robot>`` element, with its ``<collision>`` elements.
-        model: ``pin.Model`` of the same file (`models.description.urdf_file.build_model`).
-        robot: the chain, as `models.description.urdf.robot_from_urdf` made it.
+        model: ``pin.Model`` of the same file (`duocell.models.description.urdf_file.build_model`).
+        robot: the chain, as `duocell.models.description.urdf.robot_from_urdf` made it.
         meshes: where meshes come from.
-        missing: "estimate": links whose mesh is missing or unreadable get the capsules of `models.catalogue.links`.
+        missing: "estimate": links whose mesh is missing or unreadable get the capsules of
+        `duocell.models.catalogue.links`.
         work: where pieces of meshes are kept, and who follows.
 
     Raises:

@@ -14,10 +14,10 @@ from xml.etree import ElementTree
 
 import pinocchio as pin
 
-from models.base.errors import InvalidRobot
-from models.description.link_tree import LinkTree
-from models.description.parse_xml import parse_xml
-from models.description.xacro_leftovers import without_definitions
+from duocell.models.base.errors import InvalidRobot
+from duocell.models.description.link_tree import LinkTree
+from duocell.models.description.parse_xml import parse_xml
+from duocell.models.description.xacro_leftovers import without_definitions
 
 MOST_BYTES = 4_000_000
 """Of a file; the largest published ones have a tenth of that."""

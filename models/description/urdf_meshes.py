@@ -9,8 +9,8 @@ from collections.abc import Iterable
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
 
-from models.base.errors import InvalidInput
-from models.geometry.link_meshes import MeshSource
+from duocell.models.base.errors import InvalidInput
+from duocell.models.geometry.link_meshes import MeshSource
 
 _SCHEMES = ("package", "file", "model")
 

@@ -12,8 +12,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from models.base.arrays import Floats, set_frozen
-from models.geometry.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
+from duocell.models.base.arrays import Floats, set_frozen
+from duocell.models.geometry.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
 
 ROUNDING = 1e-9
 """m; what rounding may add to a bound, and is taken off again."""

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from models.base.errors import InvalidInput
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.base.errors import InvalidInput
 
 _DOCTYPE = re.compile(rb"<!(DOCTYPE|ENTITY)", re.IGNORECASE)
 

@@ -6,8 +6,8 @@ import numpy as np
 from scipy.spatial import ConvexHull as Hull
 from scipy.spatial import cKDTree
 
-from models.base.arrays import Floats
-from models.base.sampling import even_points
+from duocell.models.base.arrays import Floats
+from duocell.models.base.sampling import even_points
 
 HULL_SAMPLES, MESH_SAMPLES = 600, 4000
 NEAREST = 12

@@ -6,8 +6,8 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike
 
-from models.base.arrays import Floats
-from models.base.errors import InvalidInput
+from duocell.models.base.arrays import Floats
+from duocell.models.base.errors import InvalidInput
 
 MOST_CORNERS = 1000
 

@@ -18,13 +18,13 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull as Hull
 from scipy.spatial import QhullError
 
-from models.base.arrays import Floats, Ints
-from models.base.errors import InvalidInput
-from models.geometry.concavity import deepest_dent
-from models.geometry.few_corners import enclosing_corners
-from models.geometry.meshes import Mesh
-from models.geometry.plane_cuts import best_cut, cut_apart
-from models.geometry.shapes import ConvexHull
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.base.errors import InvalidInput
+from duocell.models.geometry.concavity import deepest_dent
+from duocell.models.geometry.few_corners import enclosing_corners
+from duocell.models.geometry.meshes import Mesh
+from duocell.models.geometry.plane_cuts import best_cut, cut_apart
+from duocell.models.geometry.shapes import ConvexHull
 
 MOST_PIECES = 8
 """Hulls of a mesh, unless told otherwise."""

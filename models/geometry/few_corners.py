@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import ConvexHull as Hull
 from scipy.spatial import HalfspaceIntersection
 
-from models.base.arrays import Floats, Ints
+from duocell.models.base.arrays import Floats, Ints
 
 MOST_CORNERS = 256
 """A ball with as many sticks out by 4 % of its radius."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from models.base.arrays import Floats
-from models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Sphere
+from duocell.models.base.arrays import Floats
+from duocell.models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Sphere
 
 ABOVE = 1e-3
 """m beyond a level that still count as at it: heights are often rounded to a millimetre."""

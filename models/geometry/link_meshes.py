@@ -8,11 +8,11 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.errors import InvalidInput
-from models.geometry.decomposition import MOST_PIECES, Decomposition, decompose
-from models.geometry.meshes import in_metres, read_triangles
-from models.geometry.piece_cache import PieceCache, PiecesInMemory, key_of
+from duocell.models.base.arrays import Floats
+from duocell.models.base.errors import InvalidInput
+from duocell.models.geometry.decomposition import MOST_PIECES, Decomposition, decompose
+from duocell.models.geometry.meshes import in_metres, read_triangles
+from duocell.models.geometry.piece_cache import PieceCache, PiecesInMemory, key_of
 
 MeshSource = Callable[[str], bytes]
 """Gives the contents of a mesh by the ``filename`` of the URDF; raises `FileNotFoundError` or `InvalidInput`."""

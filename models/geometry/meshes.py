@@ -1,4 +1,4 @@
-"""Triangle meshes from STL, OBJ and COLLADA files; hulls in their place: `models.geometry.decomposition`."""
+"""Triangle meshes from STL, OBJ and COLLADA files; hulls in their place: `duocell.models.geometry.decomposition`."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints, set_frozen
-from models.base.errors import InvalidInput
-from models.geometry.collada import read_collada
-from models.geometry.shapes import LARGEST
+from duocell.models.base.arrays import Floats, Ints, set_frozen
+from duocell.models.base.errors import InvalidInput
+from duocell.models.geometry.collada import read_collada
+from duocell.models.geometry.shapes import LARGEST
 
 FORMATS = ("stl", "obj", "dae")
 

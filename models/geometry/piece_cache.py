@@ -7,10 +7,10 @@ from collections import OrderedDict
 from collections.abc import Sequence
 from typing import Protocol
 
-from models.geometry.decomposition import Decomposition
+from duocell.models.geometry.decomposition import Decomposition
 
 ALGORITHM = 1
-"""Raised when `models.geometry.decomposition`, or what reads meshes, comes to other results."""
+"""Raised when `duocell.models.geometry.decomposition`, or what reads meshes, comes to other results."""
 
 
 class PieceCache(Protocol):

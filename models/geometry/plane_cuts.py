@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import ConvexHull as Hull
 from scipy.spatial import QhullError
 
-from models.base.arrays import Floats, Ints
+from duocell.models.base.arrays import Floats, Ints
 
 UNIFORM, AT_DENTS = 7, 9
 """Places tried along every axis: spread evenly, and where most dents begin."""

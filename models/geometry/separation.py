@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 import coal
 import numpy as np
 
-from models.base.arrays import Floats
-from models.geometry.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
+from duocell.models.base.arrays import Floats
+from duocell.models.geometry.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
 
 log = logging.getLogger(__name__)
 

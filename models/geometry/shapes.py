@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull as _Hull
 from scipy.spatial import QhullError
 
-from models.base.arrays import Floats, frozen
-from models.base.errors import InvalidInput
+from duocell.models.base.arrays import Floats, frozen
+from duocell.models.base.errors import InvalidInput
 
 LARGEST = 1e3
 """m; a longer side is taken for a length sent in millimetres."""

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from models.kinematics.closed_form import ClosedForm
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.kinematics.closed_form import ClosedForm
 
 ROUNDING = 1e-12
 """Excess of a cosine over 1 that is rounding."""
@@ -19,7 +19,7 @@ Sign = int | Ints
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Branches:
-    """Branches of a batch of paths; the first axis of branches is ordered as `models.robot.posture.ALL_SIGNS`.
+    """Branches of a batch of paths; the first axis of branches is ordered as `duocell.models.robot.posture.ALL_SIGNS`.
 
     Attributes:
         joints: (6, 8, ..., m) rad, modulo 2π.

@@ -7,8 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from models.base.arrays import Floats, set_frozen
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Floats, set_frozen
+from duocell.models.robot.robot import Robot
 
 PARALLEL = 1e-7
 """Largest |h × g| of axes that count as parallel: catalogue data are rounded to about 1e-7."""

@@ -1,8 +1,8 @@
 """Forward kinematics and Jacobians of many postures at once, the postures on the last axis.
 
-The same numbers as `models.kinematics.screws`, laid out as a structure of arrays: every component of a frame is one
-contiguous row over all postures, so that each joint costs a few multiplications of long rows. Three times as fast for
-a thousand postures, and what follows (6x6 factorisations written out over the rows) wants this layout anyway.
+The same numbers as `duocell.models.kinematics.screws`, laid out as a structure of arrays: every component of a frame
+is one contiguous row over all postures, so that each joint costs a few multiplications of long rows. Three times as
+fast for a thousand postures, and what follows (6x6 factorisations written out over the rows) wants this layout anyway.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.kinematics.chain import Chain, chain_of
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Floats
+from duocell.models.kinematics.chain import Chain, chain_of
+from duocell.models.robot.robot import Robot
 
 NOTHING = 1e-12
 """m; offsets below are left out."""

@@ -21,14 +21,14 @@ from typing import Literal
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.kinematics.chain import Chain, chain_of, meeting_point, parallel
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Floats
+from duocell.models.kinematics.chain import Chain, chain_of, meeting_point, parallel
+from duocell.models.robot.robot import Robot
 
 MEETING_TOLERANCE = 1e-7
 """m; axes closer than this meet."""
 BRANCHES = 8
-"""Order of the branches: `models.robot.posture.ALL_SIGNS`."""
+"""Order of the branches: `duocell.models.robot.posture.ALL_SIGNS`."""
 
 
 @dataclass(frozen=True, slots=True)

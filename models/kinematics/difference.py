@@ -18,10 +18,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.kept import KEPT
-from models.base.pose import rotation_angle
-from models.kinematics.chain import Chain
+from duocell.models.base.arrays import Floats
+from duocell.models.base.kept import KEPT
+from duocell.models.base.pose import rotation_angle
+from duocell.models.kinematics.chain import Chain
 
 ROUNDED = 1.0 + 1e-9
 """What bounds are multiplied by."""

@@ -9,9 +9,9 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from models.base.arrays import Floats
-from models.kinematics.kinematics import chain, flange_placement, pinocchio_model
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Floats
+from duocell.models.kinematics.kinematics import chain, flange_placement, pinocchio_model
+from duocell.models.robot.robot import Robot
 
 _functions: dict[tuple[bytes, bytes, bytes], ca.Function] = {}
 _MOST_FUNCTIONS = 256

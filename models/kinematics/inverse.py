@@ -14,12 +14,12 @@ from functools import lru_cache
 import numpy as np
 import ssik
 
-from models.base.arrays import Floats
-from models.kinematics.branches import solve_branches
-from models.kinematics.closed_form import closed_form
-from models.kinematics.nominal import Nominal, nominal, posture_form
-from models.kinematics.numeric_inverse import brought_to, numeric_branches, unique
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Floats
+from duocell.models.kinematics.branches import solve_branches
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.nominal import Nominal, nominal, posture_form
+from duocell.models.kinematics.numeric_inverse import brought_to, numeric_branches, unique
+from duocell.models.robot.robot import Robot
 
 REACHED = 1e-9
 """m; a branch that misses less than this exists."""

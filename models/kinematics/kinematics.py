@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from models.base.arrays import Floats
-from models.base.pose import rotation_about, transform
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import rotation_about, transform
+from duocell.models.robot.robot import Robot
 
 FLANGE = "flange"
 """Name of the flange frame in every model."""

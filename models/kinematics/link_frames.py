@@ -6,9 +6,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.pose import transform
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import transform
+from duocell.models.robot.robot import Robot
 
 
 def link_frames(robot: Robot, q: Floats) -> Floats:

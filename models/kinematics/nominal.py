@@ -13,14 +13,14 @@ from functools import lru_cache
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.kept import KEPT
-from models.base.pose import inverse, transform
-from models.kinematics.chain import Chain, chain_of
-from models.kinematics.closed_form import ClosedForm, closed_form
-from models.kinematics.difference import Difference, moved_apart, offsets_of
-from models.kinematics.kinematics import characteristic_length, reach
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Floats
+from duocell.models.base.kept import KEPT
+from duocell.models.base.pose import inverse, transform
+from duocell.models.kinematics.chain import Chain, chain_of
+from duocell.models.kinematics.closed_form import ClosedForm, closed_form
+from duocell.models.kinematics.difference import Difference, moved_apart, offsets_of
+from duocell.models.kinematics.kinematics import characteristic_length, reach
+from duocell.models.robot.robot import Robot
 
 ANGLE = 5e-3
 """rad; axes that are parallel or square but for less are meant to be."""

@@ -10,12 +10,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
-from models.base.sampling import even_points
-from models.kinematics.chain import chain_of
-from models.kinematics.screws import forward_and_jacobian, pose_error
-from models.robot.arm import TURN
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Bools, Floats
+from duocell.models.base.sampling import even_points
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.screws import forward_and_jacobian, pose_error
+from duocell.models.robot.arm import TURN
+from duocell.models.robot.robot import Robot
 
 SEEDS = 128
 ITERATIONS = 25

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.kinematics.chain import Chain
+from duocell.models.base.arrays import Floats
+from duocell.models.kinematics.chain import Chain
 
 
 def forward_and_jacobian(chain: Chain, q: Floats) -> tuple[Floats, Floats, Floats]:
@@ -60,7 +60,7 @@ def pose_error(rotations: Floats, positions: Floats, target: Floats) -> Floats:
 
 
 def conditioning_of(chain: Chain, tool: Floats, q: Floats, length: float) -> Floats:
-    """Reciprocal condition numbers as `models.kinematics.kinematics.conditioning`, for many postures at once.
+    """Reciprocal condition numbers as `duocell.models.kinematics.kinematics.conditioning`, for many postures at once.
 
     Args:
         chain: screw axes.

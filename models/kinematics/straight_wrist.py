@@ -4,7 +4,7 @@ The direction of axis 4 is then that of axis 6, which the pose gives, or the opp
 4 by the pitch about n and by q1 about axis 1, and two directions that such turns connect leave two values of each. The
 pitch gives the forearm, the height of the base the upper arm (two values), and so the distance of W from axis 1:
 eight ways for every pose and height.
-Symbols as in `models.kinematics.closed_form`.
+Symbols as in `duocell.models.kinematics.closed_form`.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from itertools import product
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.kinematics.closed_form import ClosedForm
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.kinematics.closed_form import ClosedForm
 
 RIGHT = 1e-9
 """Cosine up to which axes count as at right angles: only then can axes 4 and 6 come in line."""

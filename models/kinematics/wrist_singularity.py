@@ -1,20 +1,20 @@
 """How far a wrist is from its singularity, and the rule that keeps an arm away from it.
 
 Where joint 5 aligns the axes that it turns against each other, one joint of the wrist may take any value and drags
-others along: no controller follows a path there. So a pose whose wrist is within `models.robot.arm.SINGULAR_WRIST` of
-its singularity is not usable, unless the arm is told to allow it. The axes of an arm that is not quite as drawn never
-align; its wrist is singular where its own axes 4, 5 and 6 lie in one plane
-(`models.kinematics.nominal.singular_fifth`).
+others along: no controller follows a path there. So a pose whose wrist is within
+`duocell.models.robot.arm.SINGULAR_WRIST` of its singularity is not usable, unless the arm is told to allow it. The
+axes of an arm that is not quite as drawn never align; its wrist is singular where its own axes 4, 5 and 6 lie in one
+plane (`duocell.models.kinematics.nominal.singular_fifth`).
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.kept import KEPT
-from models.kinematics.nominal import singular_fifth
-from models.robot.arm import SINGULAR_WRIST, Arm
+from duocell.models.base.arrays import Floats
+from duocell.models.base.kept import KEPT
+from duocell.models.kinematics.nominal import singular_fifth
+from duocell.models.robot.arm import SINGULAR_WRIST, Arm
 
 ROUNDING = 1e-9
 """rad"""
@@ -24,7 +24,7 @@ def wrist_distance(singular: float, fifth: Floats) -> Floats:
     """(...) rad in [0, π/2], distance of values of joint 5 (...) [rad] from the nearer singular one.
 
     Args:
-        singular: rad, one of the singular values; see `models.kinematics.nominal.singular_fifth`.
+        singular: rad, one of the singular values; see `duocell.models.kinematics.nominal.singular_fifth`.
         fifth: (...) rad.
     """
     distance: Floats = np.abs(fifth - singular)

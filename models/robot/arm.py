@@ -8,12 +8,12 @@ from math import pi
 
 import numpy as np
 
-from models.base.arrays import Floats, set_frozen
-from models.base.pose import rotation_z, transform
-from models.base.weights import check_weights
-from models.robot.linear_limits import LinearLimits
-from models.robot.posture import Posture
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Floats, set_frozen
+from duocell.models.base.pose import rotation_z, transform
+from duocell.models.base.weights import check_weights
+from duocell.models.robot.linear_limits import LinearLimits
+from duocell.models.robot.posture import Posture
+from duocell.models.robot.robot import Robot
 
 TURN = 2.0 * pi
 ROUNDING = 1e-12
@@ -109,7 +109,7 @@ class Arm:
         linear_limits: limits between the joints, or None without any.
 
     Raises:
-        InvalidInput: a weight that is out of range (`models.base.weights`).
+        InvalidInput: a weight that is out of range (`duocell.models.base.weights`).
     """
 
     name: str

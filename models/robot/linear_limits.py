@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.base.arrays import Floats, set_frozen
-from models.base.errors import InvalidRobot
+from duocell.models.base.arrays import Floats, set_frozen
+from duocell.models.base.errors import InvalidRobot
 
 LEAST, MOST = 0.01, 100.0
 """Size of coefficients that are not 0."""

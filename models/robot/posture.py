@@ -1,7 +1,8 @@
 """Postures: which of the (up to eight) inverse-kinematics branches an arm uses, by name.
 
 A posture is three signs. For arms with a closed form they are the signs of three smooth quantities of the joints
-(see `models.kinematics.closed_form`), so "keeps its posture" means that none of the three changes sign along the path.
+(see `duocell.models.kinematics.closed_form`), so "keeps its posture" means that none of the three changes sign along
+the path.
 """
 
 from __future__ import annotations

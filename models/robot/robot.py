@@ -7,10 +7,10 @@ from functools import cached_property
 
 import numpy as np
 
-from models.base.arrays import Floats, set_frozen
-from models.base.errors import InvalidInput
-from models.robot.linear_limits import LinearLimits
-from models.robot.robot_frames import RobotFrame
+from duocell.models.base.arrays import Floats, set_frozen
+from duocell.models.base.errors import InvalidInput
+from duocell.models.robot.linear_limits import LinearLimits
+from duocell.models.robot.robot_frames import RobotFrame
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from models.base.arrays import Floats, set_frozen
-from models.base.pose import rotation_from_rpy
+from duocell.models.base.arrays import Floats, set_frozen
+from duocell.models.base.pose import rotation_from_rpy
 
 ISO_9787 = "iso9787"
 """Name of the frame of the mechanical interface: z points out of the flange, its origin lies in the flange's face."""

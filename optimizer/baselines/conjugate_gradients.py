@@ -13,8 +13,8 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from models.base.arrays import Floats
-from optimizer.baselines.wolfe import Trial, search_line
+from duocell.models.base.arrays import Floats
+from duocell.optimizer.baselines.wolfe import Trial, search_line
 
 T = TypeVar("T")
 

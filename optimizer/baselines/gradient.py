@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.kinematics.branches import solve_signed
-from models.kinematics.kinematics import jacobians
-from models.robot.arm import TURN, Interval
-from models.robot.posture import ALL_SIGNS
-from optimizer.baselines.reach import ReachRows, reach_rows
-from optimizer.reduction.reduced import Paths, ReducedProblem, evaluate
+from duocell.models.base.arrays import Floats
+from duocell.models.kinematics.branches import solve_signed
+from duocell.models.kinematics.kinematics import jacobians
+from duocell.models.robot.arm import TURN, Interval
+from duocell.models.robot.posture import ALL_SIGNS
+from duocell.optimizer.baselines.reach import ReachRows, reach_rows
+from duocell.optimizer.reduction.reduced import Paths, ReducedProblem, evaluate
 
 Signs = tuple[int, int, int]
 

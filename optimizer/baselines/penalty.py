@@ -15,20 +15,20 @@ from time import perf_counter
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.pose import inverse, rotation_angle, rotation_z, transform
-from models.cell.cell import Cell
-from models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
-from models.robot.arm import Arm
-from models.robot.posture import ALL_SIGNS, name_signs
-from optimizer.baselines.gradient import Followed, PostureFunction, Signs, paths_at
-from optimizer.baselines.penalty_cycles import Cycles, PenaltySettings
-from optimizer.baselines.penalty_rows import INVERSE_BARRIER, LOG_BARRIER, Barrier, ConstrainedPosture
-from optimizer.baselines.reach_phase import approach
-from optimizer.baselines.starts import LEFT, RIGHT, source_start
-from optimizer.reduction.reduced import ReducedProblem, reduced_problem
-from optimizer.results.layout import Baseline, BaselineArm, PenaltyCycle
-from optimizer.settings import Settings
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import inverse, rotation_angle, rotation_z, transform
+from duocell.models.cell.cell import Cell
+from duocell.models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
+from duocell.models.robot.arm import Arm
+from duocell.models.robot.posture import ALL_SIGNS, name_signs
+from duocell.optimizer.baselines.gradient import Followed, PostureFunction, Signs, paths_at
+from duocell.optimizer.baselines.penalty_cycles import Cycles, PenaltySettings
+from duocell.optimizer.baselines.penalty_rows import INVERSE_BARRIER, LOG_BARRIER, Barrier, ConstrainedPosture
+from duocell.optimizer.baselines.reach_phase import approach
+from duocell.optimizer.baselines.starts import LEFT, RIGHT, source_start
+from duocell.optimizer.reduction.reduced import ReducedProblem, reduced_problem
+from duocell.optimizer.results.layout import Baseline, BaselineArm, PenaltyCycle
+from duocell.optimizer.settings import Settings
 
 METHODS: dict[str, Barrier | None] = {
     "interior-penalty": INVERSE_BARRIER,

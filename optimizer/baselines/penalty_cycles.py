@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from time import perf_counter
 
-from models.base.arrays import Floats
-from optimizer.baselines.conjugate_gradients import Point, fletcher_reeves
-from optimizer.baselines.gradient import Followed
-from optimizer.baselines.penalty_rows import Barrier, ConstrainedPosture, Penalty, exterior
-from optimizer.monitoring.watch import check_stop
-from optimizer.results.layout import PenaltyCycle
+from duocell.models.base.arrays import Floats
+from duocell.optimizer.baselines.conjugate_gradients import Point, fletcher_reeves
+from duocell.optimizer.baselines.gradient import Followed
+from duocell.optimizer.baselines.penalty_rows import Barrier, ConstrainedPosture, Penalty, exterior
+from duocell.optimizer.monitoring.watch import check_stop
+from duocell.optimizer.results.layout import PenaltyCycle
 
 LARGEST = 1e10
 """Exterior r beyond which Φ is all penalty."""

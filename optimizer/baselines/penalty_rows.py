@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from models.cell.jobs import joined
-from models.robot.arm import Arm
-from optimizer.baselines.conjugate_gradients import Point
-from optimizer.baselines.gradient import Followed, PostureFunction
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.cell.jobs import joined
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.baselines.conjugate_gradients import Point
+from duocell.optimizer.baselines.gradient import Followed, PostureFunction
 
 Penalty = Callable[[Floats], tuple[float, Floats] | None]
 """From rows g to the penalty and its derivative by g; None where the penalty is not defined."""

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.pose import rotation_about
-from models.kinematics.closed_form import ClosedForm
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import rotation_about
+from duocell.models.kinematics.closed_form import ClosedForm
+from duocell.models.robot.robot import Robot
 
 TINY = 1e-12
 

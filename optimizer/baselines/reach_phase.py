@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Floats
-from optimizer.baselines.conjugate_gradients import Descent, Point, fletcher_reeves
-from optimizer.baselines.gradient import PostureFunction
-from optimizer.baselines.penalty_rows import free_components
+from duocell.models.base.arrays import Floats
+from duocell.optimizer.baselines.conjugate_gradients import Descent, Point, fletcher_reeves
+from duocell.optimizer.baselines.gradient import PostureFunction
+from duocell.optimizer.baselines.penalty_rows import free_components
 
 MARGIN = 0.02
 """m; how far inside the reach the phase aims."""

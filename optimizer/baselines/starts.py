@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.cell.cell import Cell
-from models.kinematics.closed_form import closed_form
-from models.robot.arm import Arm, Interval
-from optimizer.baselines.reach import reach_range
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.robot.arm import Arm, Interval
+from duocell.optimizer.baselines.reach import reach_range
 
 LEFT, RIGHT = 1, -1
 """Sides of the path, seen along it from above."""

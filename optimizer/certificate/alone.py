@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from models.cell.cell import Cell
-from models.robot.arm import Arm
-from optimizer.coupled.combinations.pool import alone_scene, own_lacks
-from optimizer.nlp.program import ArmPoint
-from optimizer.verification.scene import Scene
-from optimizer.verification.verify import check
+from duocell.models.cell.cell import Cell
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.coupled.combinations.pool import alone_scene, own_lacks
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.verification.scene import Scene
+from duocell.optimizer.verification.verify import check
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -12,20 +12,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from models.robot.posture import ALL_SIGNS
-from optimizer.certificate.alone import AloneCheck
-from optimizer.certificate.bounds.box_bounds import LINEAR, PATH, SINGULAR, BoxBounder, BoxBounds
-from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.certificate.bounds.obstacles import Tally
-from optimizer.certificate.bounds.region import MARGIN, Region, reachable_region
-from optimizer.certificate.exclusion.causes import LIMITS, REACH, SINGULARITY
-from optimizer.certificate.exclusion.causes import LINEAR as OF_SUMS
-from optimizer.certificate.exclusion.exclude import NO_LEVELS, Excluder
-from optimizer.certificate.nodes import Nodes
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.reduced import ReducedProblem, evaluate_signed
-from optimizer.verification.scene import Scene
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.robot.posture import ALL_SIGNS
+from duocell.optimizer.certificate.alone import AloneCheck
+from duocell.optimizer.certificate.bounds.box_bounds import LINEAR, PATH, SINGULAR, BoxBounder, BoxBounds
+from duocell.optimizer.certificate.bounds.boxes import Boxes
+from duocell.optimizer.certificate.bounds.obstacles import Tally
+from duocell.optimizer.certificate.bounds.region import MARGIN, Region, reachable_region
+from duocell.optimizer.certificate.exclusion.causes import LIMITS, REACH, SINGULARITY
+from duocell.optimizer.certificate.exclusion.causes import LINEAR as OF_SUMS
+from duocell.optimizer.certificate.exclusion.exclude import NO_LEVELS, Excluder
+from duocell.optimizer.certificate.nodes import Nodes
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed
+from duocell.optimizer.verification.scene import Scene
 
 FIRST_BOXES = 100
 """Boxes per posture to begin with, where a good layout is known: larger ones say little."""

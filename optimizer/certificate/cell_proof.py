@@ -15,14 +15,14 @@ from itertools import combinations
 
 import numpy as np
 
-from optimizer.certificate.arm_tree import FINEST, SMALLEST, ArmTree
-from optimizer.certificate.pairs.pair_tree import PairTree
-from optimizer.certificate.proposals import Proposals
-from optimizer.monitoring.watch import check_stop
-from optimizer.reduction.reduced import ReducedProblem
-from optimizer.settings import CertificateSettings
-from optimizer.sqp.refine import Refined
-from optimizer.verification.scene import Scene
+from duocell.optimizer.certificate.arm_tree import FINEST, SMALLEST, ArmTree
+from duocell.optimizer.certificate.pairs.pair_tree import PairTree
+from duocell.optimizer.certificate.proposals import Proposals
+from duocell.optimizer.monitoring.watch import check_stop
+from duocell.optimizer.reduction.reduced import ReducedProblem
+from duocell.optimizer.settings import CertificateSettings
+from duocell.optimizer.sqp.refine import Refined
+from duocell.optimizer.verification.scene import Scene
 
 ROUNDING = 1e-7
 """Relative slack of the bound that is reported: constants of catalogue robots are known to about as much."""
@@ -100,7 +100,7 @@ def prove_cell(
         report: told after every round.
 
     Raises:
-        Cancelled: whoever watches (`optimizer.monitoring.watch`) wants an end.
+        Cancelled: whoever watches (`duocell.optimizer.monitoring.watch`) wants an end.
     """
     proof = _Proof(scene, problems, known, settings, report)
     proof.arms_alone()

@@ -1,9 +1,10 @@
 """Proof of global optimality for one uncoupled arm: branch and bound over base positions and postures.
 
-The reduced problem (`optimizer.reduction.reduced`) is a search over x, y and perhaps z, once for each posture. Boxes
-of base positions are bounded from below (`optimizer.certificate.bounds`), cut in two where the bound is not good
-enough, and forgotten where it is. What remains true at any time: no path of the arm scores less than the smallest
-bound among the boxes that are open and those that were forgotten. If no box is left at all, the task is impossible.
+The reduced problem (`duocell.optimizer.reduction.reduced`) is a search over x, y and perhaps z, once for each posture.
+Boxes of base positions are bounded from below (`duocell.optimizer.certificate.bounds`), cut in two where the bound is
+not good enough, and forgotten where it is. What remains true at any time: no path of the arm scores less than the
+smallest bound among the boxes that are open and those that were forgotten. If no box is left at all, the task is
+impossible.
 
 Bounds close quadratically where postures are regular and with the square root of the size where the elbow is straight.
 Where the wrist is singular, joints that hang together are bounded together (`bounds.together`, `angles.twist`). They do
@@ -20,19 +21,19 @@ from collections.abc import Callable
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from models.base.kept import KEPT
-from models.robot.posture import ALL_SIGNS
-from optimizer.certificate.bounds.box_bounds import BoxBounder, BoxBounds
-from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.certificate.bounds.obstacles import Tally
-from optimizer.certificate.bounds.region import MARGIN, THIN, reachable_region
-from optimizer.certificate.exclusion.conditioning import poorly_conditioned
-from optimizer.monitoring.events import Bounded
-from optimizer.monitoring.watch import check_stop, tell
-from optimizer.reduction.reduced import ReducedProblem, conditioning_shortfall, evaluate_signed
-from optimizer.results.proof import ArmProof, Incumbent
-from optimizer.settings import CertificateSettings
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.base.kept import KEPT
+from duocell.models.robot.posture import ALL_SIGNS
+from duocell.optimizer.certificate.bounds.box_bounds import BoxBounder, BoxBounds
+from duocell.optimizer.certificate.bounds.boxes import Boxes
+from duocell.optimizer.certificate.bounds.obstacles import Tally
+from duocell.optimizer.certificate.bounds.region import MARGIN, THIN, reachable_region
+from duocell.optimizer.certificate.exclusion.conditioning import poorly_conditioned
+from duocell.optimizer.monitoring.events import Bounded
+from duocell.optimizer.monitoring.watch import check_stop, tell
+from duocell.optimizer.reduction.reduced import ReducedProblem, conditioning_shortfall, evaluate_signed
+from duocell.optimizer.results.proof import ArmProof, Incumbent
+from duocell.optimizer.settings import CertificateSettings
 
 USABLE = 1e-9
 """Violation (m and rad) up to which a path counts as usable: the tolerance of limits everywhere."""
@@ -81,7 +82,7 @@ def certify(
         The proof as far as it got.
 
     Raises:
-        Cancelled: whoever watches (`optimizer.monitoring.watch`) wants an end.
+        Cancelled: whoever watches (`duocell.optimizer.monitoring.watch`) wants an end.
     """
     if tree is None:
         search = BranchAndBound(problem, incumbent, settings)

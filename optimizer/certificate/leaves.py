@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from optimizer.certificate.arm_tree import ArmTree
-from optimizer.certificate.exclusion.causes import BELOW, NONE, Cause
+from duocell.optimizer.certificate.arm_tree import ArmTree
+from duocell.optimizer.certificate.exclusion.causes import BELOW, NONE, Cause
 
 
 def excluded_shares(tree: ArmTree) -> list[tuple[Cause, float]]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.certificate.exclusion.causes import BELOW
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.optimizer.certificate.bounds.boxes import Boxes
+from duocell.optimizer.certificate.exclusion.causes import BELOW
 
 _ARRAYS = "_centre", "_half", "_posture", "_code", "_geometric", "_bound", "_children", "_bounded", "_tested"
 

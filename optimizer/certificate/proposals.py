@@ -8,17 +8,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from models.base.arrays import Ints
-from models.robot.arm import TURN
-from models.robot.posture import ALL_SIGNS
-from optimizer.certificate.arm_tree import AloneLayout, ArmTree
-from optimizer.certificate.pairs.ties import mirrored_yaws
-from optimizer.nlp.program import ArmPoint
-from optimizer.progress.incumbents import layout_found
-from optimizer.reduction.reduced import ReducedProblem, evaluate_signed
-from optimizer.sqp.nearby import nearby
-from optimizer.sqp.refine import Refined, refine
-from optimizer.verification.scene import Scene
+from duocell.models.base.arrays import Ints
+from duocell.models.robot.arm import TURN
+from duocell.models.robot.posture import ALL_SIGNS
+from duocell.optimizer.certificate.arm_tree import AloneLayout, ArmTree
+from duocell.optimizer.certificate.pairs.ties import mirrored_yaws
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.progress.incumbents import layout_found
+from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed
+from duocell.optimizer.sqp.nearby import nearby
+from duocell.optimizer.sqp.refine import Refined, refine
+from duocell.optimizer.verification.scene import Scene
 
 BEST, RANDOM = 6, 6
 """Pairs of a round whose centres are tried: those with the smallest bounds, and others."""

@@ -8,17 +8,17 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from models.cell.cell import Cell
-from optimizer.certificate.cell_proof import ArmPart, CellProof, prove_cell
-from optimizer.certificate.words import reasons_of
-from optimizer.monitoring.events import Bounded
-from optimizer.monitoring.watch import tell
-from optimizer.reduction.reduced import ReducedProblem
-from optimizer.results.layout import ArmCertificate, Certificate
-from optimizer.results.proof import relative_gap
-from optimizer.settings import CertificateSettings
-from optimizer.sqp.refine import Refined
-from optimizer.verification.scene import Scene
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.certificate.cell_proof import ArmPart, CellProof, prove_cell
+from duocell.optimizer.certificate.words import reasons_of
+from duocell.optimizer.monitoring.events import Bounded
+from duocell.optimizer.monitoring.watch import tell
+from duocell.optimizer.reduction.reduced import ReducedProblem
+from duocell.optimizer.results.layout import ArmCertificate, Certificate
+from duocell.optimizer.results.proof import relative_gap
+from duocell.optimizer.settings import CertificateSettings
+from duocell.optimizer.sqp.refine import Refined
+from duocell.optimizer.verification.scene import Scene
 
 log = logging.getLogger(__name__)
 

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from models.cell.cell import Cell
-from models.cell.surroundings import PairClass
-from models.robot.arm import Arm
-from optimizer.certificate.cell_proof import ArmPart, CellProof
-from optimizer.certificate.exclusion.causes import Cause
-from optimizer.certificate.leaves import excluded_shares
-from optimizer.certificate.pairs.pair_tree import PairTree
-from optimizer.reasons.meant_contact import if_meant
-from optimizer.reasons.reasons import explain_proof, linear_names
-from optimizer.results.layout import Reason
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.surroundings import PairClass
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.certificate.cell_proof import ArmPart, CellProof
+from duocell.optimizer.certificate.exclusion.causes import Cause
+from duocell.optimizer.certificate.leaves import excluded_shares
+from duocell.optimizer.certificate.pairs.pair_tree import PairTree
+from duocell.optimizer.reasons.meant_contact import if_meant
+from duocell.optimizer.reasons.reasons import explain_proof, linear_names
+from duocell.optimizer.results.layout import Reason
 
 MOST = 3
 """Reasons per arm."""

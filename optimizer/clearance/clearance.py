@@ -2,7 +2,7 @@
 
 Between two poses the object moves straight and turns the short way, and the arms follow it on their branch. The way is
 sampled ever finer until bounds of the motion between samples leave no room for a contact
-(`optimizer.clearance.stretches`).
+(`duocell.optimizer.clearance.stretches`).
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.kept import KEPT
-from models.cell.cell import Cell
-from models.cell.surroundings import Clearances, PairClass
-from models.collision.collision import CollisionModel, Contact
-from optimizer.clearance.stretches import Resolution, Walk
-from optimizer.results.findings import Clearance
+from duocell.models.base.arrays import Floats
+from duocell.models.base.kept import KEPT
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.surroundings import Clearances, PairClass
+from duocell.models.collision.collision import CollisionModel, Contact
+from duocell.optimizer.clearance.stretches import Resolution, Walk
+from duocell.optimizer.results.findings import Clearance
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +129,7 @@ def check_clearance(
         model: of the same arms, in the same order.
         clearances: distances to keep.
         bases: (A, 4, 4) base of each arm in the world.
-        joints: per arm (m, n) rad at the poses, as accurate as `optimizer.verification.verify` asks for.
+        joints: per arm (m, n) rad at the poses, as accurate as `duocell.optimizer.verification.verify` asks for.
         resolution: where to stop; default 1 mm and 0.5°.
     """
     walk = Walk(cell, model, clearances, bases, joints, resolution or Resolution())

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from models.cell.surroundings import PairClass
-from models.collision.collision import CollisionModel, Configurations
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.cell.surroundings import PairClass
+from duocell.models.collision.collision import CollisionModel, Configurations
 
 
 class Motion:

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.base.pose import inverse, rotation_vector, transform
-from models.kinematics.chain import chain_of
-from models.kinematics.screws import forward_and_jacobian, pose_error
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.base.pose import inverse, rotation_vector, transform
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.screws import forward_and_jacobian, pose_error
+from duocell.models.robot.robot import Robot
 
 ITERATIONS = 12
 REACHED = 1e-8

@@ -1,9 +1,9 @@
 """Halving the stretches of a path until every pair of bodies is settled.
 
 A pair that is d and d' apart at the ends of a stretch, and moves against each other by at most L on it, stays
-``(d + d' - L) / 2`` apart. L comes from joint steps and lever arms (`optimizer.clearance.motion`). A joint's way is
-bounded from its chord and from how far its middle sags, exactly for a parabola, with a tenth on top for what is no
-parabola.
+``(d + d' - L) / 2`` apart. L comes from joint steps and lever arms (`duocell.optimizer.clearance.motion`). A joint's
+way is bounded from its chord and from how far its middle sags, exactly for a parabola, with a tenth on top for what is
+no parabola.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from math import radians
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.base.kept import KEPT
-from models.base.pose import inverse
-from models.cell.cell import Cell
-from models.cell.surroundings import Clearances
-from models.collision.collision import CollisionModel, Configurations
-from optimizer.clearance.motion import Motion
-from optimizer.clearance.path_samples import ObjectPath, follow
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.base.kept import KEPT
+from duocell.models.base.pose import inverse
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.surroundings import Clearances
+from duocell.models.collision.collision import CollisionModel, Configurations
+from duocell.optimizer.clearance.motion import Motion
+from duocell.optimizer.clearance.path_samples import ObjectPath, follow
 
 SAFETY = 1.1
 """On the parabola's bound of the joints' way."""

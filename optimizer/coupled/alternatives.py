@@ -7,18 +7,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.robot.posture import ALL_SIGNS
-from optimizer.coupled.candidates.extender import FULL
-from optimizer.coupled.candidates.followed import Followed
-from optimizer.coupled.candidates.layouts import sample_layouts
-from optimizer.coupled.candidates.starts import Start, starts_of
-from optimizer.coupled.found import CoupledSearch
-from optimizer.coupled.refinements import Terms
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.reduced import ReducedProblem
-from optimizer.sqp.nearby import nearby
-from optimizer.sqp.refine import price_of, refine
-from optimizer.verification.scene import Scene
+from duocell.models.robot.posture import ALL_SIGNS
+from duocell.optimizer.coupled.candidates.extender import FULL
+from duocell.optimizer.coupled.candidates.followed import Followed
+from duocell.optimizer.coupled.candidates.layouts import sample_layouts
+from duocell.optimizer.coupled.candidates.starts import Start, starts_of
+from duocell.optimizer.coupled.found import CoupledSearch
+from duocell.optimizer.coupled.refinements import Terms
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.reduced import ReducedProblem
+from duocell.optimizer.sqp.nearby import nearby
+from duocell.optimizer.sqp.refine import price_of, refine
+from duocell.optimizer.verification.scene import Scene
 
 APART, ELSEWHERE = 0.3, 6
 """m; starts this near to what is known in the same postures are no alternatives; refinements per alternative, twice."""

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from optimizer.certificate.arm_tree import ArmTree
-from optimizer.certificate.cell_proof import ArmPart
-from optimizer.certificate.words import reasons_of_arm
-from optimizer.monitoring.watch import check_stop
-from optimizer.reduction.reduced import ReducedProblem
-from optimizer.results.layout import Reason
-from optimizer.verification.scene import Scene
+from duocell.optimizer.certificate.arm_tree import ArmTree
+from duocell.optimizer.certificate.cell_proof import ArmPart
+from duocell.optimizer.certificate.words import reasons_of_arm
+from duocell.optimizer.monitoring.watch import check_stop
+from duocell.optimizer.reduction.reduced import ReducedProblem
+from duocell.optimizer.results.layout import Reason
+from duocell.optimizer.verification.scene import Scene
 
 BOXES = 2000
 """Of one arm's tree at most: what takes more is left to the proof that follows the search."""

@@ -12,13 +12,13 @@ from typing import Any, cast
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.pose import inverse
-from models.cell.cell import Cell
-from models.cell.coupling import Coupling
-from models.cell.surroundings import Surroundings
-from models.cell.task import Task
-from optimizer.nlp.program import ArmPoint
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import inverse
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.coupling import Coupling
+from duocell.models.cell.surroundings import Surroundings
+from duocell.models.cell.task import Task
+from duocell.optimizer.nlp.program import ArmPoint
 
 TOLD_APART = 1e-6
 """m, and of rotation matrices; motions that differ by less are the same."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from optimizer.clearance.clearance import PathClearance
-from optimizer.nlp.program import ArmPoint
-from optimizer.progress.incumbents import layout_found
-from optimizer.results.layout import Reason
-from optimizer.sqp.nearby import nearby
-from optimizer.sqp.refine import Refined
+from duocell.optimizer.clearance.clearance import PathClearance
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.progress.incumbents import layout_found
+from duocell.optimizer.results.layout import Reason
+from duocell.optimizer.sqp.nearby import nearby
+from duocell.optimizer.sqp.refine import Refined
 
 SAME_PLACE, SAME_COST = 0.02, 1e-3
 """m and relative: layouts nearer than this are the same."""

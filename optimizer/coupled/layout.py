@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from models.cell.cell import Cell
-from optimizer.coupled.found import CoupledSearch
-from optimizer.coupled.prove import against
-from optimizer.coupled.report import alternatives, clearances_of, explain, placements_of
-from optimizer.nlp.measure import jobs_of
-from optimizer.reasons.reasons import name_jobs
-from optimizer.results.layout import Certificate, Layout, Outcome
-from optimizer.verification.scene import Scene
-from optimizer.verification.verify import check, summarise
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.coupled.found import CoupledSearch
+from duocell.optimizer.coupled.prove import against
+from duocell.optimizer.coupled.report import alternatives, clearances_of, explain, placements_of
+from duocell.optimizer.nlp.measure import jobs_of
+from duocell.optimizer.reasons.reasons import name_jobs
+from duocell.optimizer.results.layout import Certificate, Layout, Outcome
+from duocell.optimizer.verification.scene import Scene
+from duocell.optimizer.verification.verify import check, summarise
 
 
 def coupled_layout(cell: Cell, alone: Layout, search: CoupledSearch, most_alternatives: int) -> Layout:

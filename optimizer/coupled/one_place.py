@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
 
-from models.cell.cell import Cell
-from models.cell.coupling.apart import Apart
-from models.cell.one_place import NEAREST, in_one_place, one_machine
-from optimizer.nlp.program import ArmPoint
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.coupling.apart import Apart
+from duocell.models.cell.one_place import NEAREST, in_one_place, one_machine
+from duocell.optimizer.nlp.program import ArmPoint
 
 
 def kept_apart(cell: Cell, points: Sequence[ArmPoint]) -> Cell:

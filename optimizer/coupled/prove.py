@@ -9,23 +9,23 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.cell.cell import Cell
-from models.kinematics.nominal import Nominal
-from optimizer.certificate.certify import certify
-from optimizer.certificate.together import prove_together
-from optimizer.coupled.found import CoupledSearch
-from optimizer.nlp.measure import objective_of
-from optimizer.nlp.program import ArmPoint
-from optimizer.reasons.reasons import explain_proof
-from optimizer.results.layout import ArmCertificate, Certificate
-from optimizer.results.proof import ArmProof, relative_gap
-from optimizer.settings import CertificateSettings
-from optimizer.single_arm.arm_search import ArmSearch
-from optimizer.single_arm.as_drawn import problem_of_drawing, starts_from, what_is_bounded, what_is_covered
-from optimizer.single_arm.local import solve_locally
-from optimizer.single_arm.passable import best_passable
-from optimizer.single_arm.refinement import path_from
-from optimizer.verification.verify import check
+from duocell.models.cell.cell import Cell
+from duocell.models.kinematics.nominal import Nominal
+from duocell.optimizer.certificate.certify import certify
+from duocell.optimizer.certificate.together import prove_together
+from duocell.optimizer.coupled.found import CoupledSearch
+from duocell.optimizer.nlp.measure import objective_of
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reasons.reasons import explain_proof
+from duocell.optimizer.results.layout import ArmCertificate, Certificate
+from duocell.optimizer.results.proof import ArmProof, relative_gap
+from duocell.optimizer.settings import CertificateSettings
+from duocell.optimizer.single_arm.arm_search import ArmSearch
+from duocell.optimizer.single_arm.as_drawn import problem_of_drawing, starts_from, what_is_bounded, what_is_covered
+from duocell.optimizer.single_arm.local import solve_locally
+from duocell.optimizer.single_arm.passable import best_passable
+from duocell.optimizer.single_arm.refinement import path_from
+from duocell.optimizer.verification.verify import check
 
 log = logging.getLogger(__name__)
 

@@ -8,16 +8,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from optimizer.coupled.candidates.starts import Start
-from optimizer.coupled.found import SAME_COST, CoupledSearch
-from optimizer.monitoring.events import Started
-from optimizer.monitoring.watch import tell
-from optimizer.nlp.program import ArmPoint
-from optimizer.nlp.solve import SolveStatus
-from optimizer.settings import Settings
-from optimizer.sqp.nearby import nearby
-from optimizer.sqp.refine import Refined, price_of, refine
-from optimizer.verification.scene import LIMITS, Scene
+from duocell.optimizer.coupled.candidates.starts import Start
+from duocell.optimizer.coupled.found import SAME_COST, CoupledSearch
+from duocell.optimizer.monitoring.events import Started
+from duocell.optimizer.monitoring.watch import tell
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.solve import SolveStatus
+from duocell.optimizer.settings import Settings
+from duocell.optimizer.sqp.nearby import nearby
+from duocell.optimizer.sqp.refine import Refined, price_of, refine
+from duocell.optimizer.verification.scene import LIMITS, Scene
 
 TRIED = 6
 """Of the clean starts, so many are checked as they are for a first usable layout."""

@@ -7,15 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.cell.cell import Cell
-from models.cell.one_place import in_one_place
-from optimizer.clearance.clearance import found_clearances
-from optimizer.nlp.measure import placed
-from optimizer.reasons.faults import coupling_faults, floor_faults, path_faults
-from optimizer.results.findings import Alternative, Clearance
-from optimizer.results.layout import Placement, Reason
-from optimizer.sqp.refine import Refined
-from optimizer.verification.scene import Scene
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.one_place import in_one_place
+from duocell.optimizer.clearance.clearance import found_clearances
+from duocell.optimizer.nlp.measure import placed
+from duocell.optimizer.reasons.faults import coupling_faults, floor_faults, path_faults
+from duocell.optimizer.results.findings import Alternative, Clearance
+from duocell.optimizer.results.layout import Placement, Reason
+from duocell.optimizer.sqp.refine import Refined
+from duocell.optimizer.verification.scene import Scene
 
 NOTICEABLE = 0.05
 """Relative gain of a figure that is worth a word."""

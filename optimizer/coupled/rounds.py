@@ -6,23 +6,23 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from optimizer.clearance.clearance import PathClearance
-from optimizer.coupled.alternatives import look_elsewhere
-from optimizer.coupled.arms_alone import impossible_alone
-from optimizer.coupled.candidates.extender import FULL, QUICK
-from optimizer.coupled.candidates.followed import Followed
-from optimizer.coupled.candidates.layouts import sample_layouts
-from optimizer.coupled.candidates.polish import polished
-from optimizer.coupled.candidates.short_task import ShortTask
-from optimizer.coupled.candidates.starts import Start, starts_of
-from optimizer.coupled.combinations.combine import combine
-from optimizer.coupled.combinations.pool import alone_scene, pool_of, with_optimum
-from optimizer.coupled.found import CoupledSearch
-from optimizer.coupled.refinements import Terms, first_usable, refine_all
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.reduced import ReducedProblem
-from optimizer.single_arm.arm_search import ArmSearch
-from optimizer.verification.scene import Scene
+from duocell.optimizer.clearance.clearance import PathClearance
+from duocell.optimizer.coupled.alternatives import look_elsewhere
+from duocell.optimizer.coupled.arms_alone import impossible_alone
+from duocell.optimizer.coupled.candidates.extender import FULL, QUICK
+from duocell.optimizer.coupled.candidates.followed import Followed
+from duocell.optimizer.coupled.candidates.layouts import sample_layouts
+from duocell.optimizer.coupled.candidates.polish import polished
+from duocell.optimizer.coupled.candidates.short_task import ShortTask
+from duocell.optimizer.coupled.candidates.starts import Start, starts_of
+from duocell.optimizer.coupled.combinations.combine import combine
+from duocell.optimizer.coupled.combinations.pool import alone_scene, pool_of, with_optimum
+from duocell.optimizer.coupled.found import CoupledSearch
+from duocell.optimizer.coupled.refinements import Terms, first_usable, refine_all
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.reduced import ReducedProblem
+from duocell.optimizer.single_arm.arm_search import ArmSearch
+from duocell.optimizer.verification.scene import Scene
 
 DENSITIES = (0.15, 1.0, 4.0)
 """Samples of each round, relative to `candidates.layouts.POSITIONS`: the first is to find a usable layout early, the

@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from models.cell.cell import Cell
-from optimizer.coupled.alternatives import look_elsewhere
-from optimizer.coupled.candidates.short_task import LONG
-from optimizer.coupled.canonical import CanonicalForm
-from optimizer.coupled.found import CoupledSearch
-from optimizer.coupled.refinements import Terms, as_it_is
-from optimizer.coupled.rounds import search_general, search_reduced, search_short
-from optimizer.progress.incumbents import layout_found
-from optimizer.reduction.reduced import reduced_problem
-from optimizer.settings import Settings
-from optimizer.single_arm.arm_search import ArmSearch
-from optimizer.sqp.refine import Refined, refine
-from optimizer.verification.scene import Scene
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.coupled.alternatives import look_elsewhere
+from duocell.optimizer.coupled.candidates.short_task import LONG
+from duocell.optimizer.coupled.canonical import CanonicalForm
+from duocell.optimizer.coupled.found import CoupledSearch
+from duocell.optimizer.coupled.refinements import Terms, as_it_is
+from duocell.optimizer.coupled.rounds import search_general, search_reduced, search_short
+from duocell.optimizer.progress.incumbents import layout_found
+from duocell.optimizer.reduction.reduced import reduced_problem
+from duocell.optimizer.settings import Settings
+from duocell.optimizer.single_arm.arm_search import ArmSearch
+from duocell.optimizer.sqp.refine import Refined, refine
+from duocell.optimizer.verification.scene import Scene
 
 PRECISE = 1e-9
 """Relative fall of the merit at which the answer's last descent ends."""

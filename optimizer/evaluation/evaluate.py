@@ -8,16 +8,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.cell.cell import Cell
-from optimizer.clearance.clearance import found_clearances
-from optimizer.evaluation.standing import as_given, choices, intervals
-from optimizer.evaluation.together import together
-from optimizer.nlp.measure import jobs_of, placed
-from optimizer.reasons.faults import coupling_faults, floor_faults, path_faults, place_faults
-from optimizer.reasons.reasons import name_jobs
-from optimizer.results.layout import Layout, Outcome, Reason, Search
-from optimizer.verification.verify import summarise
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.clearance.clearance import found_clearances
+from duocell.optimizer.evaluation.standing import as_given, choices, intervals
+from duocell.optimizer.evaluation.together import together
+from duocell.optimizer.nlp.measure import jobs_of, placed
+from duocell.optimizer.reasons.faults import coupling_faults, floor_faults, path_faults, place_faults
+from duocell.optimizer.reasons.reasons import name_jobs
+from duocell.optimizer.results.layout import Layout, Outcome, Reason, Search
+from duocell.optimizer.verification.verify import summarise
 
 NOT_FOUND = Reason(
     "",

@@ -7,26 +7,26 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.kept import KEPT
-from models.cell.cell import Cell
-from models.kinematics.branches import path_signs, solve_signed
-from models.kinematics.closed_form import closed_form
-from models.robot.arm import Arm, Interval
-from models.robot.posture import ALL_SIGNS
-from optimizer.nlp.measure import objective_of
-from optimizer.nlp.program import ArmPoint
-from optimizer.reasons.faults import arm_faults
-from optimizer.reasons.reasons import explain_general, explain_path
-from optimizer.reduction.layers import best_path
-from optimizer.reduction.reduced import Paths, ReducedProblem, evaluate, reduced_problem, seen_from
-from optimizer.results.layout import Reason
-from optimizer.settings import Settings
-from optimizer.single_arm.local import solve_locally
-from optimizer.single_arm.search import search_arm
-from optimizer.verification.verify import ArmCheck, check
-from optimizer.verification.way import follow_way
-from optimizer.verification.words import way_faults
+from duocell.models.base.arrays import Floats
+from duocell.models.base.kept import KEPT
+from duocell.models.cell.cell import Cell
+from duocell.models.kinematics.branches import path_signs, solve_signed
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.robot.arm import Arm, Interval
+from duocell.models.robot.posture import ALL_SIGNS
+from duocell.optimizer.nlp.measure import objective_of
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reasons.faults import arm_faults
+from duocell.optimizer.reasons.reasons import explain_general, explain_path
+from duocell.optimizer.reduction.layers import best_path
+from duocell.optimizer.reduction.reduced import Paths, ReducedProblem, evaluate, reduced_problem, seen_from
+from duocell.optimizer.results.layout import Reason
+from duocell.optimizer.settings import Settings
+from duocell.optimizer.single_arm.local import solve_locally
+from duocell.optimizer.single_arm.search import search_arm
+from duocell.optimizer.verification.verify import ArmCheck, check
+from duocell.optimizer.verification.way import follow_way
+from duocell.optimizer.verification.words import way_faults
 
 SEARCHING = 3.0
 """s, soft limit of what is done for an arm without a reduced problem."""

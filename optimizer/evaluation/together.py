@@ -8,13 +8,13 @@ from itertools import islice, product
 
 import numpy as np
 
-from models.cell.cell import Cell
-from models.collision.collision import CollisionModel
-from models.robot.arm import Arm
-from optimizer.clearance.clearance import PathClearance, check_clearance
-from optimizer.evaluation.standing import Choice, Standing
-from optimizer.nlp.program import ArmPoint
-from optimizer.verification.scene import LIMITS, Scene
+from duocell.models.cell.cell import Cell
+from duocell.models.collision.collision import CollisionModel
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.clearance.clearance import PathClearance, check_clearance
+from duocell.optimizer.evaluation.standing import Choice, Standing
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.verification.scene import LIMITS, Scene
 
 MOST, BATCH, WHOLE = 4096, 32, 16
 """Combinations considered; looked at together at the poses; and checked along the whole path."""

@@ -5,17 +5,17 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 
-from models.cell.cell import Cell
-from models.cell.surroundings import PairClass
-from optimizer.infeasibility.effort import Effort
-from optimizer.infeasibility.immediate.cause import Infeasibility
-from optimizer.infeasibility.immediate.immediate import immediate_infeasibility
-from optimizer.infeasibility.proved_conflict import Conflict, proved_conflict
-from optimizer.infeasibility.requirements import Kind, Requirement, Selection
-from optimizer.infeasibility.searched.conflict import ConflictSearch
-from optimizer.infeasibility.searched.partial_path import PartialPath
-from optimizer.nlp.program import ArmPoint
-from optimizer.results.layout import Layout
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.surroundings import PairClass
+from duocell.optimizer.infeasibility.effort import Effort
+from duocell.optimizer.infeasibility.immediate.cause import Infeasibility
+from duocell.optimizer.infeasibility.immediate.immediate import immediate_infeasibility
+from duocell.optimizer.infeasibility.proved_conflict import Conflict, proved_conflict
+from duocell.optimizer.infeasibility.requirements import Kind, Requirement, Selection
+from duocell.optimizer.infeasibility.searched.conflict import ConflictSearch
+from duocell.optimizer.infeasibility.searched.partial_path import PartialPath
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.results.layout import Layout
 
 SEARCHED = 0.6
 """Share of what is left for a search where nothing is proved."""

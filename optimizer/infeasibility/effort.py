@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 
-from models.cell.cell import Cell
+from duocell.models.cell.cell import Cell
 
 BOX, BOX_POSE = 150e-6, 20e-6
 """s for bounding and testing a box of an arm, and for each of its poses."""

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from models.cell.cell import Cell
-from optimizer.budget import search_time
-from optimizer.infeasibility.conflicts import searched_conflict, sure_conflict
-from optimizer.infeasibility.effort import BOX, BOX_POSE, Effort
-from optimizer.infeasibility.remedies import remedies
-from optimizer.infeasibility.two_changes import two_changes
-from optimizer.nlp.program import ArmPoint
-from optimizer.results.findings import Explanation
-from optimizer.results.layout import Layout
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.budget import search_time
+from duocell.optimizer.infeasibility.conflicts import searched_conflict, sure_conflict
+from duocell.optimizer.infeasibility.effort import BOX, BOX_POSE, Effort
+from duocell.optimizer.infeasibility.remedies import remedies
+from duocell.optimizer.infeasibility.two_changes import two_changes
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.results.findings import Explanation
+from duocell.optimizer.results.layout import Layout
 
 LEAST_WORTH, TIMES = 8.0, 1.6
 """s of an idle machine that an explanation is worth, or so many times what the answer was if that is more."""

@@ -11,21 +11,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from models.cell.cell import Cell
-from models.cell.surroundings import PairClass
-from models.kinematics.chain import chain_of
-from models.kinematics.kinematics import characteristic_length
-from models.kinematics.screws import conditioning_of
-from models.robot.arm import Arm
-from models.robot.posture import ALL_SIGNS
-from optimizer.certificate.arm_tree import USABLE, AloneLayout, ArmTree
-from optimizer.certificate.exclusion.causes import CONDITIONING
-from optimizer.infeasibility.effort import Effort
-from optimizer.monitoring.watch import check_stop
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.reduced import ReducedProblem, evaluate_signed, reduced_problem
-from optimizer.verification.scene import Scene
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.surroundings import PairClass
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.kinematics import characteristic_length
+from duocell.models.kinematics.screws import conditioning_of
+from duocell.models.robot.arm import Arm
+from duocell.models.robot.posture import ALL_SIGNS
+from duocell.optimizer.certificate.arm_tree import USABLE, AloneLayout, ArmTree
+from duocell.optimizer.certificate.exclusion.causes import CONDITIONING
+from duocell.optimizer.infeasibility.effort import Effort
+from duocell.optimizer.monitoring.watch import check_stop
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed, reduced_problem
+from duocell.optimizer.verification.scene import Scene
 
 BOXES = 4000
 """Bounded at most."""

@@ -10,14 +10,21 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 
-from models.cell.cell import Cell
-from optimizer.infeasibility.effort import Effort
-from optimizer.infeasibility.requirements import Kind, Requirement, Selection, by_interest, restricted, selection_of
-from optimizer.infeasibility.sampled import sampled_layout
-from optimizer.infeasibility.subset_proof import REBUILT, SubsetProof
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.reduced import reduced_problem
-from optimizer.verification.scene import Scene
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.infeasibility.effort import Effort
+from duocell.optimizer.infeasibility.requirements import (
+    Kind,
+    Requirement,
+    Selection,
+    by_interest,
+    restricted,
+    selection_of,
+)
+from duocell.optimizer.infeasibility.sampled import sampled_layout
+from duocell.optimizer.infeasibility.subset_proof import REBUILT, SubsetProof
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.reduced import reduced_problem
+from duocell.optimizer.verification.scene import Scene
 
 WHOLE = 0.8
 """Share of the effort for the proof that there is a conflict."""

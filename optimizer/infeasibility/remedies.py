@@ -7,22 +7,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.cell.cell import Cell
-from models.cell.surroundings import PairClass
-from optimizer.infeasibility.changes.candidates import candidates
-from optimizer.infeasibility.changes.poses import more_poses
-from optimizer.infeasibility.changes.remedy import Remedy
-from optimizer.infeasibility.effort import Effort
-from optimizer.infeasibility.immediate.immediate import immediate_infeasibility
-from optimizer.infeasibility.proved_conflict import Conflict
-from optimizer.infeasibility.requirements import Kind
-from optimizer.infeasibility.resolve import resolved
-from optimizer.infeasibility.sampled import least_layouts
-from optimizer.infeasibility.searched.trial import Found, clean
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.reduced import reduced_problem
-from optimizer.results.findings import Relaxation
-from optimizer.verification.scene import Scene
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.surroundings import PairClass
+from duocell.optimizer.infeasibility.changes.candidates import candidates
+from duocell.optimizer.infeasibility.changes.poses import more_poses
+from duocell.optimizer.infeasibility.changes.remedy import Remedy
+from duocell.optimizer.infeasibility.effort import Effort
+from duocell.optimizer.infeasibility.immediate.immediate import immediate_infeasibility
+from duocell.optimizer.infeasibility.proved_conflict import Conflict
+from duocell.optimizer.infeasibility.requirements import Kind
+from duocell.optimizer.infeasibility.resolve import resolved
+from duocell.optimizer.infeasibility.sampled import least_layouts
+from duocell.optimizer.infeasibility.searched.trial import Found, clean
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.reduced import reduced_problem
+from duocell.optimizer.results.findings import Relaxation
+from duocell.optimizer.verification.scene import Scene
 
 CLOSE = 0.1
 """Relative width of the interval that holds the smallest number, where the search for it ends."""

@@ -9,14 +9,14 @@ from math import inf, pi
 
 import numpy as np
 
-from models.cell.cell import Cell
-from models.cell.coupling import Coupling, among
-from models.cell.coupling.apart import Apart
-from models.cell.surroundings import Surroundings
-from models.kinematics.nominal import singular_fifth
-from models.robot.arm import FREE_YAW, Arm, Interval
-from models.robot.posture import Posture
-from optimizer.reduction.box import reach_windows
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.coupling import Coupling, among
+from duocell.models.cell.coupling.apart import Apart
+from duocell.models.cell.surroundings import Surroundings
+from duocell.models.kinematics.nominal import singular_fifth
+from duocell.models.robot.arm import FREE_YAW, Arm, Interval
+from duocell.models.robot.posture import Posture
+from duocell.optimizer.reduction.box import reach_windows
 
 
 class Kind(StrEnum):

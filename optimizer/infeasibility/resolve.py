@@ -6,16 +6,16 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from models.cell.cell import Cell
-from optimizer.infeasibility.effort import Effort
-from optimizer.infeasibility.immediate.immediate import immediate_infeasibility
-from optimizer.infeasibility.requirements import selection_of
-from optimizer.infeasibility.sampled import first_layout, sampled_layout
-from optimizer.infeasibility.searched.trial import Found, clean, find
-from optimizer.infeasibility.subset_proof import SubsetProof
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.reduced import reduced_problem
-from optimizer.verification.scene import Scene
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.infeasibility.effort import Effort
+from duocell.optimizer.infeasibility.immediate.immediate import immediate_infeasibility
+from duocell.optimizer.infeasibility.requirements import selection_of
+from duocell.optimizer.infeasibility.sampled import first_layout, sampled_layout
+from duocell.optimizer.infeasibility.searched.trial import Found, clean, find
+from duocell.optimizer.infeasibility.subset_proof import SubsetProof
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.reduced import reduced_problem
+from duocell.optimizer.verification.scene import Scene
 
 HINTS = 3
 """Known layouts that are tried at most."""

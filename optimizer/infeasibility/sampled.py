@@ -6,20 +6,20 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from models.base.arrays import Floats
-from optimizer.coupled.candidates.extender import Effort as Pairing
-from optimizer.coupled.candidates.followed import Followed
-from optimizer.coupled.candidates.layouts import sample_layouts
-from optimizer.coupled.candidates.starts import starts_of
-from optimizer.infeasibility.effort import Effort
-from optimizer.infeasibility.searched.trial import Found, clean
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.reduced import ReducedProblem
-from optimizer.sqp.refine import refine
-from optimizer.verification.scene import LIMITS, Scene
+from duocell.models.base.arrays import Floats
+from duocell.optimizer.coupled.candidates.extender import Effort as Pairing
+from duocell.optimizer.coupled.candidates.followed import Followed
+from duocell.optimizer.coupled.candidates.layouts import sample_layouts
+from duocell.optimizer.coupled.candidates.starts import starts_of
+from duocell.optimizer.infeasibility.effort import Effort
+from duocell.optimizer.infeasibility.searched.trial import Found, clean
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.reduced import ReducedProblem
+from duocell.optimizer.sqp.refine import refine
+from duocell.optimizer.verification.scene import LIMITS, Scene
 
 DENSITIES = (0.15, 0.6)
-"""Of the samples in which a first layout is looked for, see `optimizer.coupled.search.DENSITIES`."""
+"""Of the samples in which a first layout is looked for, see `duocell.optimizer.coupled.search.DENSITIES`."""
 STARTS = 3, 2
 """Starts of each density that keep everything at the poses, and others."""
 FEW = Pairing(48, (48, 144), 2048)
@@ -70,7 +70,8 @@ def least_layouts(
 
     Args:
         scene: of the changed cell. problems: of its arms.
-        need: see `optimizer.infeasibility.changes.remedy.Remedy`; those that need least come first, else the cheapest.
+        need: see `duocell.optimizer.infeasibility.changes.remedy.Remedy`; those that need least come first, else the
+        cheapest.
         density: of the samples. seed: of the samples.
     """
     followed = Followed.of(scene, problems)

@@ -12,20 +12,29 @@ from itertools import combinations
 
 import numpy as np
 
-from models.base.arrays import Ints
-from models.cell.cell import Cell
-from optimizer.certificate.arm_tree import ArmTree
-from optimizer.certificate.exclusion.causes import BELOW, CONDITIONING, FLOOR, LIMITS, LINEAR, SINGULARITY, YAW, Causes
-from optimizer.certificate.pairs.pair_tree import PairTree
-from optimizer.certificate.proposals import Proposals
-from optimizer.infeasibility.effort import Effort
-from optimizer.infeasibility.requirements import Kind, Requirement, Selection, arms_of, restricted
-from optimizer.infeasibility.searched.trial import clean
-from optimizer.monitoring.watch import check_stop
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.reduced import reduced_problem
-from optimizer.sqp.refine import Refined
-from optimizer.verification.scene import Scene
+from duocell.models.base.arrays import Ints
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.certificate.arm_tree import ArmTree
+from duocell.optimizer.certificate.exclusion.causes import (
+    BELOW,
+    CONDITIONING,
+    FLOOR,
+    LIMITS,
+    LINEAR,
+    SINGULARITY,
+    YAW,
+    Causes,
+)
+from duocell.optimizer.certificate.pairs.pair_tree import PairTree
+from duocell.optimizer.certificate.proposals import Proposals
+from duocell.optimizer.infeasibility.effort import Effort
+from duocell.optimizer.infeasibility.requirements import Kind, Requirement, Selection, arms_of, restricted
+from duocell.optimizer.infeasibility.searched.trial import clean
+from duocell.optimizer.monitoring.watch import check_stop
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.reduced import reduced_problem
+from duocell.optimizer.sqp.refine import Refined
+from duocell.optimizer.verification.scene import Scene
 
 BOXES, PAIRS = 6000, 60_000
 """Of a tree, and pairs, looked at in one proof at most."""

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from models.cell.cell import Cell
-from optimizer.infeasibility.changes.candidates import candidates
-from optimizer.infeasibility.changes.remedy import Remedy
-from optimizer.infeasibility.conflicts import sure_conflict
-from optimizer.infeasibility.effort import Effort
-from optimizer.infeasibility.proved_conflict import Conflict
-from optimizer.infeasibility.remedies import Bracket, Helpful, smallest
-from optimizer.infeasibility.requirements import Selection
-from optimizer.nlp.program import ArmPoint
-from optimizer.results.findings import Relaxation
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.infeasibility.changes.candidates import candidates
+from duocell.optimizer.infeasibility.changes.remedy import Remedy
+from duocell.optimizer.infeasibility.conflicts import sure_conflict
+from duocell.optimizer.infeasibility.effort import Effort
+from duocell.optimizer.infeasibility.proved_conflict import Conflict
+from duocell.optimizer.infeasibility.remedies import Bracket, Helpful, smallest
+from duocell.optimizer.infeasibility.requirements import Selection
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.results.findings import Relaxation
 
 BEHIND, BOTH = 0.3, 0.5
 """Shares of what is left for what is behind a change, and for the smallest number of each of two changes."""

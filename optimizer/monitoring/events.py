@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from models.base.arrays import Floats
+from duocell.models.base.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True)

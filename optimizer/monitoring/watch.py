@@ -16,7 +16,7 @@ from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from math import inf
 
-from optimizer.monitoring.events import Event
+from duocell.optimizer.monitoring.events import Event
 
 
 class Cancelled(Exception):

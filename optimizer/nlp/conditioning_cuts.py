@@ -11,13 +11,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.kinematics.chain import chain_of
-from models.kinematics.kinematics import characteristic_length
-from models.kinematics.screws import conditioning_of
-from models.robot.arm import Arm
-from optimizer.nlp.program import ArmPoint, Cuts
-from optimizer.nlp.solve import Solve
+from duocell.models.base.arrays import Floats
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.kinematics import characteristic_length
+from duocell.models.kinematics.screws import conditioning_of
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.nlp.program import ArmPoint, Cuts
+from duocell.optimizer.nlp.solve import Solve
 
 CUT_ROUNDS = 25
 TRUST, SMALLEST_TRUST, ALLOWED = 0.4, 1e-3, 0.1

@@ -7,10 +7,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from models.base.arrays import Floats
-from optimizer.monitoring.events import Iterated
-from optimizer.monitoring.watch import stopped, tell, watched
-from optimizer.nlp.structure import Structure
+from duocell.models.base.arrays import Floats
+from duocell.optimizer.monitoring.events import Iterated
+from duocell.optimizer.monitoring.watch import stopped, tell, watched
+from duocell.optimizer.nlp.structure import Structure
 
 
 class Iterations(ca.Callback):

@@ -6,19 +6,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.catalogue.links import provenance
-from models.cell.cell import Cell
-from models.cell.task import Task
-from models.kinematics.branches import path_signs, posture_terms
-from models.kinematics.closed_form import ClosedForm
-from models.kinematics.kinematics import characteristic_length, conditioning
-from models.kinematics.nominal import posture_form, singular_fifth
-from models.kinematics.wrist_singularity import wrist_distance
-from models.robot.arm import Arm
-from models.robot.posture import name_signs
-from optimizer.nlp.program import ArmPoint
-from optimizer.results.layout import JobShare, Placement
+from duocell.models.base.arrays import Floats
+from duocell.models.catalogue.links import provenance
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.branches import path_signs, posture_terms
+from duocell.models.kinematics.closed_form import ClosedForm
+from duocell.models.kinematics.kinematics import characteristic_length, conditioning
+from duocell.models.kinematics.nominal import posture_form, singular_fifth
+from duocell.models.kinematics.wrist_singularity import wrist_distance
+from duocell.models.robot.arm import Arm
+from duocell.models.robot.posture import name_signs
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.results.layout import JobShare, Placement
 
 
 def joint_margins(arm: Arm, joints: Floats) -> Floats:

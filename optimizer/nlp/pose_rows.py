@@ -13,11 +13,11 @@ from functools import lru_cache
 import casadi as ca
 import numpy as np
 
-from models.base.arrays import Floats
-from models.kinematics.branches import posture_terms
-from models.kinematics.closed_form import closed_form
-from models.kinematics.forward import flange_function
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Floats
+from duocell.models.kinematics.branches import posture_terms
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.forward import flange_function
+from duocell.models.robot.robot import Robot
 
 BASE = 4
 """Base variables of an arm: x, y, z [m], yaw [rad]."""

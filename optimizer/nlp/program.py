@@ -16,15 +16,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.cell.cell import Cell
-from models.cell.singular_margins import SPARE, Margins, margins_along, margins_at_poses
-from models.kinematics.branches import path_signs
-from models.kinematics.closed_form import closed_form
-from models.kinematics.nominal import posture_form, singular_fifth
-from models.robot.arm import Arm
-from optimizer.nlp.pose_rows import BASE, target_numbers
-from optimizer.nlp.structure import LinearRows, Structure, structure_of
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.singular_margins import SPARE, Margins, margins_along, margins_at_poses
+from duocell.models.kinematics.branches import path_signs
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.nominal import posture_form, singular_fifth
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.nlp.pose_rows import BASE, target_numbers
+from duocell.optimizer.nlp.structure import LinearRows, Structure, structure_of
 
 POSE_ROWS = ("x", "y", "z", "rotation about x", "rotation about y", "rotation about z")
 

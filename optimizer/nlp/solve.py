@@ -12,11 +12,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from models.base.arrays import Floats
-from optimizer.monitoring.watch import check_stop
-from optimizer.nlp.iterations import Iterations
-from optimizer.nlp.program import ArmPoint, Program
-from optimizer.nlp.structure import Structure
+from duocell.models.base.arrays import Floats
+from duocell.optimizer.monitoring.watch import check_stop
+from duocell.optimizer.nlp.iterations import Iterations
+from duocell.optimizer.nlp.program import ArmPoint, Program
+from duocell.optimizer.nlp.structure import Structure
 
 
 class SolveStatus(StrEnum):
@@ -108,7 +108,7 @@ def solve_program(program: Program, start: Sequence[ArmPoint], time_limit: float
         The result; never raises for a numerical failure, the status says it.
 
     Raises:
-        Cancelled: whoever watches (`optimizer.monitoring.watch`) wants an end.
+        Cancelled: whoever watches (`duocell.optimizer.monitoring.watch`) wants an end.
     """
     check_stop()
     if np.any(program.lower > program.upper):  # a posture that the limits in force rule out

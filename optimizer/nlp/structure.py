@@ -13,9 +13,9 @@ from itertools import pairwise
 import casadi as ca
 import numpy as np
 
-from models.base.arrays import Floats
-from models.robot.robot import Robot
-from optimizer.nlp.pose_rows import BASE, TARGET, Mount, PoseRows, hessian_pattern, pose_rows
+from duocell.models.base.arrays import Floats
+from duocell.models.robot.robot import Robot
+from duocell.optimizer.nlp.pose_rows import BASE, TARGET, Mount, PoseRows, hessian_pattern, pose_rows
 
 LinearRows = tuple[tuple[float, ...], ...]
 """Coefficients of an arm's linear limits, row by row."""

@@ -12,16 +12,16 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 
-from models.cell.cell import Cell
-from models.cell.one_place import in_one_place
-from models.robot.arm import Arm
-from models.robot.posture import name_signs
-from optimizer.clearance.clearance import PathClearance
-from optimizer.monitoring.events import Incumbent, Standing
-from optimizer.monitoring.watch import tell, watched
-from optimizer.nlp.measure import objective_of
-from optimizer.nlp.program import ArmPoint
-from optimizer.progress.known import Usable
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.one_place import in_one_place
+from duocell.models.robot.arm import Arm
+from duocell.models.robot.posture import name_signs
+from duocell.optimizer.clearance.clearance import PathClearance
+from duocell.optimizer.monitoring.events import Incumbent, Standing
+from duocell.optimizer.monitoring.watch import tell, watched
+from duocell.optimizer.nlp.measure import objective_of
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.progress.known import Usable
 
 BETTER = 1e-6
 """Relative gain from which on a layout is told as a better one."""

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from models.cell.cell import Cell
-from optimizer.clearance.clearance import PathClearance, found_clearances
-from optimizer.nlp.measure import jobs_of, placed
-from optimizer.nlp.program import ArmPoint
-from optimizer.results.layout import Layout, Outcome, Reason, Search
-from optimizer.settings import Settings
-from optimizer.verification.scene import Scene
-from optimizer.verification.verify import check, summarise
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.clearance.clearance import PathClearance, found_clearances
+from duocell.optimizer.nlp.measure import jobs_of, placed
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.results.layout import Layout, Outcome, Reason, Search
+from duocell.optimizer.settings import Settings
+from duocell.optimizer.verification.scene import Scene
+from duocell.optimizer.verification.verify import check, summarise
 
 LIMIT_REACHED = "limit_reached"
 """Kind of the reason that says what the time did not suffice for."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from models.cell.cell import Cell
-from optimizer.monitoring.events import Event
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.monitoring.events import Event
 
 if TYPE_CHECKING:
-    from optimizer.clearance.clearance import PathClearance
-    from optimizer.nlp.program import ArmPoint
-    from optimizer.results.layout import Layout
+    from duocell.optimizer.clearance.clearance import PathClearance
+    from duocell.optimizer.nlp.program import ArmPoint
+    from duocell.optimizer.results.layout import Layout
 
 
 class Known(Event):

@@ -5,11 +5,11 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 
-from models.cell.cell import Cell
-from optimizer.budget import LEAST, MOST, search_time
-from optimizer.monitoring.events import Stage
-from optimizer.monitoring.watch import check_stop, tell
-from optimizer.settings import Settings
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.budget import LEAST, MOST, search_time
+from duocell.optimizer.monitoring.events import Stage
+from duocell.optimizer.monitoring.watch import check_stop, tell
+from duocell.optimizer.settings import Settings
 
 Progress = Callable[[str, float], None]
 """Called with what is being done and the fraction done so far."""
@@ -62,7 +62,9 @@ class Timetable:
 
 
 def timetable(cell: Cell, settings: Settings, progress: Progress | None = None) -> Timetable:
-    """The stages of `optimizer.optimize` for a cell: arms, together, proof, checks and what else is asked for."""
+    """The stages of `duocell.optimizer.optimize` for a cell: arms, together, proof, checks and what else is asked
+    for.
+    """
     proof, most = 0.0, settings.time_limit
     seconds = search_time(cell)
     if settings.certificate is not None:

@@ -6,20 +6,20 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.kept import KEPT
-from models.cell.cell import Cell
-from models.cell.one_place import NEAREST, in_one_place
-from models.collision.collision import Contact
-from models.robot.arm import Arm
-from optimizer.clearance.clearance import ClassClearance, PathClearance
-from optimizer.nlp.program import ArmPoint
-from optimizer.reasons.meant_contact import if_meant
-from optimizer.reasons.reasons import explain_path
-from optimizer.results.layout import Reason
-from optimizer.verification.scene import world_yaw
-from optimizer.verification.verify import LIMITS, ORIENTATION, POSITION, SIDE, ArmCheck
-from optimizer.verification.words import between, poses_at, way_faults
+from duocell.models.base.arrays import Floats
+from duocell.models.base.kept import KEPT
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.one_place import NEAREST, in_one_place
+from duocell.models.collision.collision import Contact
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.clearance.clearance import ClassClearance, PathClearance
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reasons.meant_contact import if_meant
+from duocell.optimizer.reasons.reasons import explain_path
+from duocell.optimizer.results.layout import Reason
+from duocell.optimizer.verification.scene import world_yaw
+from duocell.optimizer.verification.verify import LIMITS, ORIENTATION, POSITION, SIDE, ArmCheck
+from duocell.optimizer.verification.words import between, poses_at, way_faults
 
 SLACK = KEPT
 """m or rad, of floor, couplings and limits between the poses: what a solver leaves, and rounding."""

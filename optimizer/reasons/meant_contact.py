@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from models.cell.surroundings import PairClass
+from duocell.models.cell.surroundings import PairClass
 
 SETTINGS = {
     PairClass.PART_OBSTACLE: (

@@ -6,21 +6,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.cell.cell import Cell
-from models.cell.task import Task
-from models.kinematics.branches import solve_signed
-from models.kinematics.chain import chain_of
-from models.kinematics.kinematics import characteristic_length
-from models.kinematics.screws import conditioning_of
-from models.kinematics.wrist_singularity import wrist_shortfall
-from models.robot.arm import SINGULAR_WRIST, Arm
-from optimizer.reduction.box import reach_windows, search_box
-from optimizer.reduction.layers import LayeredPath
-from optimizer.reduction.reduced import ReducedProblem, evaluate_signed, reduced_problem, seen_from
-from optimizer.reduction.screening import Candidate, screen
-from optimizer.results.layout import Reason
-from optimizer.results.proof import Obstacle
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.branches import solve_signed
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.kinematics import characteristic_length
+from duocell.models.kinematics.screws import conditioning_of
+from duocell.models.kinematics.wrist_singularity import wrist_shortfall
+from duocell.models.robot.arm import SINGULAR_WRIST, Arm
+from duocell.optimizer.reduction.box import reach_windows, search_box
+from duocell.optimizer.reduction.layers import LayeredPath
+from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed, reduced_problem, seen_from
+from duocell.optimizer.reduction.screening import Candidate, screen
+from duocell.optimizer.results.layout import Reason
+from duocell.optimizer.results.proof import Obstacle
 
 FAR_OFF = 5.0
 """m; no arm, no tool and no shift of a base makes up for more: something is in other units or another frame."""

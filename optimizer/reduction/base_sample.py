@@ -12,9 +12,9 @@ from itertools import product
 
 import numpy as np
 
-from models.base.arrays import Floats
-from optimizer.reduction.box import spread
-from optimizer.reduction.reduced import ReducedProblem
+from duocell.models.base.arrays import Floats
+from duocell.optimizer.reduction.box import spread
+from duocell.optimizer.reduction.reduced import ReducedProblem
 
 FIRST = 0.3
 """rad, where the first quarter of directions begins: off the axes, where directions of drawn-up tasks lie."""

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.kept import KEPT
-from models.base.sampling import even_points
-from models.cell.cell import Cell
-from models.kinematics.chain import chain_of
-from models.kinematics.closed_form import ClosedForm, closed_form
-from models.kinematics.kinematics import reach
-from models.robot.arm import Arm
+from duocell.models.base.arrays import Floats
+from duocell.models.base.kept import KEPT
+from duocell.models.base.sampling import even_points
+from duocell.models.cell.cell import Cell
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.closed_form import ClosedForm, closed_form
+from duocell.models.kinematics.kinematics import reach
+from duocell.models.robot.arm import Arm
 
 LEVEL = 1e-4
 """Largest cosine between axes 1 and 2 that counts as nearly a right angle: only then is the arm's plane upright."""

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
-from models.robot.arm import TURN
+from duocell.models.base.arrays import Bools, Floats
+from duocell.models.robot.arm import TURN
 
 ROUNDING = 1e-12
 """rad"""

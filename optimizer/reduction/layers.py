@@ -2,8 +2,9 @@
 
 Every pose has a layer of inverse-kinematics branches (for a redundant arm: of sampled ones). A path takes one branch
 per pose; consecutive ones must be within the allowed joint step. The cheapest path is found by dynamic programming
-over the layers, and then unwrapped, lifted and given its best yaw like any other (`optimizer.reduction.paths`). The
-jobs of a family get a shortest path each, in one posture where the arm has postures.
+over the layers, and then unwrapped, lifted and given its best yaw like any other
+(`duocell.optimizer.reduction.paths`). The jobs of a family get a shortest path each, in one posture where the arm has
+postures.
 """
 
 from __future__ import annotations
@@ -12,20 +13,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.pose import inverse
-from models.cell.cell import Cell
-from models.kinematics.branches import posture_of
-from models.kinematics.chain import chain_of
-from models.kinematics.closed_form import closed_form
-from models.kinematics.inverse import branches
-from models.kinematics.nominal import posture_form
-from models.kinematics.wrist_singularity import wrist_shortfall
-from models.robot.arm import SINGULAR_WRIST, TURN, Arm
-from models.robot.posture import ALL_SIGNS
-from optimizer.nlp.measure import objective_of
-from optimizer.reduction.linear_sums import first_joint_limits, keep_sums, sum_excess
-from optimizer.reduction.paths import choose_yaw, lift, unwrap
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import inverse
+from duocell.models.cell.cell import Cell
+from duocell.models.kinematics.branches import posture_of
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.inverse import branches
+from duocell.models.kinematics.nominal import posture_form
+from duocell.models.kinematics.wrist_singularity import wrist_shortfall
+from duocell.models.robot.arm import SINGULAR_WRIST, TURN, Arm
+from duocell.models.robot.posture import ALL_SIGNS
+from duocell.optimizer.nlp.measure import objective_of
+from duocell.optimizer.reduction.linear_sums import first_joint_limits, keep_sums, sum_excess
+from duocell.optimizer.reduction.paths import choose_yaw, lift, unwrap
 
 BEYOND = 100.0
 """Cost of a radian outside the limits in the choice of branches: such a path may still be repaired."""

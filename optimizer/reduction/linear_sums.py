@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
-from models.cell.jobs import slices
-from models.robot.arm import TURN, Arm
-from models.robot.linear_limits import LinearLimits
+from duocell.models.base.arrays import Bools, Floats
+from duocell.models.cell.jobs import slices
+from duocell.models.robot.arm import TURN, Arm
+from duocell.models.robot.linear_limits import LinearLimits
 
 ROUNDING = 1e-12
 """rad"""

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.kinematics.straight_wrist import can_be_straight, straight_wrists
-from models.robot.arm import TURN, Arm
-from optimizer.reduction.reduced import ReducedProblem, evaluate_signed
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.kinematics.straight_wrist import can_be_straight, straight_wrists
+from duocell.models.robot.arm import TURN, Arm
+from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed
 
 LEVELS = 12
 """Heights looked at where the height of the base is free."""

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.robot.arm import TURN, BaseRegion
-from optimizer.reduction.common_yaw import JobShifts
+from duocell.models.base.arrays import Floats
+from duocell.models.robot.arm import TURN, BaseRegion
+from duocell.optimizer.reduction.common_yaw import JobShifts
 
 Starts = tuple[int, ...]
 ONE: Starts = (0,)

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from models.base.pose import rotation_angle
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.base.pose import rotation_angle
 
 LONGEST_GAP = 0.6
 """rad + m between neighbouring poses of a sample, so that the path between them can still be unwrapped."""

@@ -12,21 +12,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.cell.cell import Cell
-from models.cell.jobs import slices
-from models.kinematics.branches import Branches, solve_branches, solve_signed
-from models.kinematics.chain import chain_of
-from models.kinematics.closed_form import ClosedForm, closed_form
-from models.kinematics.difference import SAME, Difference
-from models.kinematics.kinematics import characteristic_length
-from models.kinematics.screws import conditioning_of
-from models.kinematics.wrist_singularity import wrist_shortfall
-from models.robot.arm import Arm
-from models.robot.posture import ALL_SIGNS
-from optimizer.reduction.linear_sums import first_joint_limits, keep_sums, sum_excess
-from optimizer.reduction.paths import choose_yaw, lift, unwrap
-from optimizer.reduction.pose_sample import sample_job
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.jobs import slices
+from duocell.models.kinematics.branches import Branches, solve_branches, solve_signed
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.closed_form import ClosedForm, closed_form
+from duocell.models.kinematics.difference import SAME, Difference
+from duocell.models.kinematics.kinematics import characteristic_length
+from duocell.models.kinematics.screws import conditioning_of
+from duocell.models.kinematics.wrist_singularity import wrist_shortfall
+from duocell.models.robot.arm import Arm
+from duocell.models.robot.posture import ALL_SIGNS
+from duocell.optimizer.reduction.linear_sums import first_joint_limits, keep_sums, sum_excess
+from duocell.optimizer.reduction.paths import choose_yaw, lift, unwrap
+from duocell.optimizer.reduction.pose_sample import sample_job
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -77,8 +77,8 @@ class ReducedProblem:
     def sampled(self, count: int) -> ReducedProblem:
         """The same problem on about ``count`` poses, first and last included; itself if it has no more than that.
 
-        They stand for all poses and have their weight, see `optimizer.reduction.pose_sample`. Of a family, every job
-        gives a share of its poses.
+        They stand for all poses and have their weight, see `duocell.optimizer.reduction.pose_sample`. Of a family,
+        every job gives a share of its poses.
         """
         m = len(self.positions)
         if m <= count:

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import KDTree
 
-from models.base.arrays import Bools, Floats, Ints
-from models.robot.posture import ALL_SIGNS
-from optimizer.monitoring.watch import check_stop
-from optimizer.reduction.base_sample import BoxFrame
-from optimizer.reduction.box import spread
-from optimizer.reduction.notches import notches
-from optimizer.reduction.reduced import (
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.robot.posture import ALL_SIGNS
+from duocell.optimizer.monitoring.watch import check_stop
+from duocell.optimizer.reduction.base_sample import BoxFrame
+from duocell.optimizer.reduction.box import spread
+from duocell.optimizer.reduction.notches import notches
+from duocell.optimizer.reduction.reduced import (
     Paths,
     ReducedProblem,
     conditioning_shortfall,
@@ -109,7 +109,7 @@ def screen(problem: ReducedProblem, box: Floats, seed: int, round_: int = 0) -> 
 
     Args:
         problem: the arm and the task.
-        box: (3, 2) m, as from `optimizer.reduction.box.search_box`.
+        box: (3, 2) m, as from `duocell.optimizer.reduction.box.search_box`.
         seed: of the point set.
         round_: 0 for the first look; later rounds look closer, at other points.
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:  # a layout holds these; an alternative holds placements of a layout
-    from optimizer.results.layout import Placement
+    from duocell.optimizer.results.layout import Placement
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,8 +7,8 @@ from enum import StrEnum
 
 import numpy as np
 
-from models.base.arrays import Floats, set_frozen
-from optimizer.results.findings import Alternative, Clearance, Explanation, Tolerance
+from duocell.models.base.arrays import Floats, set_frozen
+from duocell.optimizer.results.findings import Alternative, Clearance, Explanation, Tolerance
 
 
 class Outcome(StrEnum):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from models.base.arrays import Floats, set_frozen
+from duocell.models.base.arrays import Floats, set_frozen
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,12 +6,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from models.kinematics.nominal import Nominal
-from models.robot.arm import Arm
-from optimizer.certificate.certify import BranchAndBound
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.reduced import ReducedProblem
-from optimizer.results.layout import Reason
+from duocell.models.kinematics.nominal import Nominal
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.certificate.certify import BranchAndBound
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.reduced import ReducedProblem
+from duocell.optimizer.results.layout import Reason
 
 
 @dataclass(eq=False, slots=True)

@@ -1,8 +1,8 @@
 """Search of an arm that is not quite as drawn, by rounding or calibration: found on the drawing, kept on the arm.
 
-The arm that was meant (`models.kinematics.nominal`) has a closed form, so its bases and postures are searched like
-those of any such arm. Its optima are starts on the true arm: joints are brought to the poses by Newton's method, the
-local solver moves the base to the true optimum, and everything is checked on the true kinematics.
+The arm that was meant (`duocell.models.kinematics.nominal`) has a closed form, so its bases and postures are searched
+like those of any such arm. Its optima are starts on the true arm: joints are brought to the poses by Newton's method,
+the local solver moves the base to the true optimum, and everything is checked on the true kinematics.
 """
 
 from __future__ import annotations
@@ -12,19 +12,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.base.pose import inverse
-from models.cell.cell import Cell
-from models.kinematics.nominal import Nominal
-from models.kinematics.numeric_inverse import brought_to
-from models.robot.arm import Arm
-from optimizer.budget import boxes_for
-from optimizer.certificate.certify import certify
-from optimizer.nlp.program import ArmPoint
-from optimizer.reasons.reasons import explain_proof
-from optimizer.reduction.layers import best_path
-from optimizer.reduction.reduced import ReducedProblem, reduced_problem
-from optimizer.results.layout import Reason
-from optimizer.settings import CertificateSettings
+from duocell.models.base.pose import inverse
+from duocell.models.cell.cell import Cell
+from duocell.models.kinematics.nominal import Nominal
+from duocell.models.kinematics.numeric_inverse import brought_to
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.budget import boxes_for
+from duocell.optimizer.certificate.certify import certify
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reasons.reasons import explain_proof
+from duocell.optimizer.reduction.layers import best_path
+from duocell.optimizer.reduction.reduced import ReducedProblem, reduced_problem
+from duocell.optimizer.results.layout import Reason
+from duocell.optimizer.settings import CertificateSettings
 
 STARTS = 4
 """Optima of the drawing that are taken over."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.reduced import ReducedProblem, evaluate_fully
-from optimizer.reduction.screening import Candidate
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_fully
+from duocell.optimizer.reduction.screening import Candidate
 
 LEVEL = 1e-4
 """Relative rise of the cost that counts as level."""

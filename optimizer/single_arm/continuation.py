@@ -14,16 +14,16 @@ import time
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
-from models.base.pose import inverse
-from models.base.sampling import even_points
-from models.cell.cell import Cell
-from models.kinematics.chain import Chain, chain_of
-from models.kinematics.screws import forward_and_jacobian, pose_error
-from models.robot.arm import Arm
-from optimizer.monitoring.watch import check_stop
-from optimizer.reduction.box import spread
-from optimizer.reduction.layers import LayeredPath, finish_path
+from duocell.models.base.arrays import Bools, Floats
+from duocell.models.base.pose import inverse
+from duocell.models.base.sampling import even_points
+from duocell.models.cell.cell import Cell
+from duocell.models.kinematics.chain import Chain, chain_of
+from duocell.models.kinematics.screws import forward_and_jacobian, pose_error
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.monitoring.watch import check_stop
+from duocell.optimizer.reduction.box import spread
+from duocell.optimizer.reduction.layers import LayeredPath, finish_path
 
 FIRST_ITERATIONS = 20
 NEXT_ITERATIONS = 8

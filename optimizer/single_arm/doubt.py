@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.cell.cell import Cell
-from models.kinematics.wrist_singularity import wrist_distance
-from optimizer.nlp.measure import largest_step, objective_of
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.reduced import ReducedProblem
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
+from duocell.models.kinematics.wrist_singularity import wrist_distance
+from duocell.optimizer.nlp.measure import largest_step, objective_of
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.reduced import ReducedProblem
 
 WRIST = 0.05
 """rad between the wrist and its singularity from which on nothing is to be feared."""

@@ -12,16 +12,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.cell.cell import Cell
-from models.cell.singular_margins import lacking_at_poses
-from models.kinematics.closed_form import closed_form
-from models.kinematics.wrist_singularity import wrist_shortfall
-from models.robot.arm import Arm
-from optimizer.nlp.conditioning_cuts import TRUST, conditioning_gradients, keep_conditioning
-from optimizer.nlp.measure import largest_step
-from optimizer.nlp.pose_rows import BASE
-from optimizer.nlp.program import ArmPoint, Cuts, build_program
-from optimizer.nlp.solve import Solve, solve_program
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.singular_margins import lacking_at_poses
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.wrist_singularity import wrist_shortfall
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.nlp.conditioning_cuts import TRUST, conditioning_gradients, keep_conditioning
+from duocell.optimizer.nlp.measure import largest_step
+from duocell.optimizer.nlp.pose_rows import BASE
+from duocell.optimizer.nlp.program import ArmPoint, Cuts, build_program
+from duocell.optimizer.nlp.solve import Solve, solve_program
 
 CLEAR = 1e-3
 """Relative rise of the objective for which ways keep clear of singularities also where they begin and end."""
@@ -38,7 +38,7 @@ def solve_locally(cell: Cell, arm: Arm, start: ArmPoint, deadline: float, known:
         known: objective; where an answer without the rows that it breaks costs more, no rows are added to it.
 
     Returns:
-        The last solve; whether its point is usable is for `optimizer.verification.verify` to say.
+        The last solve; whether its point is usable is for `duocell.optimizer.verification.verify` to say.
     """
     result = _solve_rows(cell, replace(arm, avoid_singularities=False), start, deadline, known=known)
     if not result.status.has_point or result.objective > known:

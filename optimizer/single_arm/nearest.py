@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.layers import LayeredPath
-from optimizer.reduction.reduced import ReducedProblem
-from optimizer.reduction.screening import Candidate, on_whole_task
-from optimizer.single_arm.refinement import path_from
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.layers import LayeredPath
+from duocell.optimizer.reduction.reduced import ReducedProblem
+from duocell.optimizer.reduction.screening import Candidate, on_whole_task
+from duocell.optimizer.single_arm.refinement import path_from
 
 
 def nearest_candidate(problem: ReducedProblem, candidates: Sequence[Candidate]) -> ArmPoint | None:

@@ -14,18 +14,18 @@ from itertools import islice
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from models.cell.cell import Cell
-from models.cell.task import Task
-from models.robot.arm import Arm
-from optimizer.clearance.path_samples import ObjectPath
-from optimizer.nlp.measure import objective_of
-from optimizer.nlp.program import ArmPoint
-from optimizer.results.layout import Reason
-from optimizer.single_arm.local import solve_locally
-from optimizer.verification.verify import check
-from optimizer.verification.way import Way, follow_way
-from optimizer.verification.words import way_faults
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.clearance.path_samples import ObjectPath
+from duocell.optimizer.nlp.measure import objective_of
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.results.layout import Reason
+from duocell.optimizer.single_arm.local import solve_locally
+from duocell.optimizer.verification.verify import check
+from duocell.optimizer.verification.way import Way, follow_way
+from duocell.optimizer.verification.words import way_faults
 
 ROUNDS, FINER = 5, 8
 """Times that places are added, and how much closer to each other each time."""

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.cell.cell import Cell
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.base_sample import BoxFrame
-from optimizer.reduction.reduced import ReducedProblem, evaluate_signed
-from optimizer.reduction.screening import Candidate, improve
-from optimizer.verification.verify import check
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.base_sample import BoxFrame
+from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed
+from duocell.optimizer.reduction.screening import Candidate, improve
+from duocell.optimizer.verification.verify import check
 
 CAREFUL_STEPS = 10
 """Steps in which a candidate is improved where the local solver may be of no help."""

@@ -7,38 +7,38 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.cell.cell import Cell
-from models.kinematics.difference import SAME, Difference
-from models.kinematics.nominal import Nominal, nominal
-from models.robot.arm import Arm
-from optimizer.budget import boxes_for
-from optimizer.certificate.certify import BranchAndBound, certify
-from optimizer.monitoring.events import Screened, Started
-from optimizer.monitoring.watch import tell
-from optimizer.nlp.measure import objective_of
-from optimizer.nlp.program import ArmPoint
-from optimizer.reasons.reasons import explain_general, explain_proof, explain_reach, explain_reduced
-from optimizer.reduction.base_sample import BoxFrame
-from optimizer.reduction.box import search_box
-from optimizer.reduction.layers import LayeredPath
-from optimizer.reduction.reduced import ReducedProblem, evaluate_signed, reduced_problem
-from optimizer.reduction.screening import ROUNDS, Candidate, Screen, screen
-from optimizer.results.layout import Reason
-from optimizer.settings import CertificateSettings, Settings
-from optimizer.single_arm.arm_search import ArmSearch
-from optimizer.single_arm.as_drawn import paths_from, starts_from, why_impossible
-from optimizer.single_arm.basins import LEVEL, ROUNDED, distinct_optima, elsewhere
-from optimizer.single_arm.doubt import at_limit, in_doubt
-from optimizer.single_arm.local import solve_locally, worse_for_its_ends
-from optimizer.single_arm.nearest import nearest_candidate, nearest_path
-from optimizer.single_arm.passable import best_passable, best_tolerable, where_stuck, with_places
-from optimizer.single_arm.redundant.parameters import PARAMETERS, THOROUGH, UnreducedParameters
-from optimizer.single_arm.redundant.reachable_poses import unreached_poses
-from optimizer.single_arm.redundant.unreduced import search_unreduced
-from optimizer.single_arm.refinement import brought_to_optimum, path_from
-from optimizer.single_arm.worth import MOVE, worth_solving
-from optimizer.verification.verify import check
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
+from duocell.models.kinematics.difference import SAME, Difference
+from duocell.models.kinematics.nominal import Nominal, nominal
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.budget import boxes_for
+from duocell.optimizer.certificate.certify import BranchAndBound, certify
+from duocell.optimizer.monitoring.events import Screened, Started
+from duocell.optimizer.monitoring.watch import tell
+from duocell.optimizer.nlp.measure import objective_of
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reasons.reasons import explain_general, explain_proof, explain_reach, explain_reduced
+from duocell.optimizer.reduction.base_sample import BoxFrame
+from duocell.optimizer.reduction.box import search_box
+from duocell.optimizer.reduction.layers import LayeredPath
+from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed, reduced_problem
+from duocell.optimizer.reduction.screening import ROUNDS, Candidate, Screen, screen
+from duocell.optimizer.results.layout import Reason
+from duocell.optimizer.settings import CertificateSettings, Settings
+from duocell.optimizer.single_arm.arm_search import ArmSearch
+from duocell.optimizer.single_arm.as_drawn import paths_from, starts_from, why_impossible
+from duocell.optimizer.single_arm.basins import LEVEL, ROUNDED, distinct_optima, elsewhere
+from duocell.optimizer.single_arm.doubt import at_limit, in_doubt
+from duocell.optimizer.single_arm.local import solve_locally, worse_for_its_ends
+from duocell.optimizer.single_arm.nearest import nearest_candidate, nearest_path
+from duocell.optimizer.single_arm.passable import best_passable, best_tolerable, where_stuck, with_places
+from duocell.optimizer.single_arm.redundant.parameters import PARAMETERS, THOROUGH, UnreducedParameters
+from duocell.optimizer.single_arm.redundant.reachable_poses import unreached_poses
+from duocell.optimizer.single_arm.redundant.unreduced import search_unreduced
+from duocell.optimizer.single_arm.refinement import brought_to_optimum, path_from
+from duocell.optimizer.single_arm.worth import MOVE, worth_solving
+from duocell.optimizer.verification.verify import check
 
 STARTS = 8
 """Local solves of an arm with a reduced problem; twice as many where none of them ends in a usable point."""

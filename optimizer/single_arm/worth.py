@@ -6,9 +6,9 @@ from itertools import zip_longest
 
 import numpy as np
 
-from optimizer.reduction.reduced import ReducedProblem
-from optimizer.reduction.screening import STRICTER, Candidate, Screen, improve, mixed, on_whole_task, scored
-from optimizer.single_arm.refinement import CAREFUL_STEPS
+from duocell.optimizer.reduction.reduced import ReducedProblem
+from duocell.optimizer.reduction.screening import STRICTER, Candidate, Screen, improve, mixed, on_whole_task, scored
+from duocell.optimizer.single_arm.refinement import CAREFUL_STEPS
 
 WORTH = 1.2
 """Starts scored this much above the best usable one are not worth a solve: screening is precise to a few percent."""

@@ -10,14 +10,14 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.cell.surroundings import PairClass
-from models.collision.collision import Configurations
-from models.collision.contact_gradient import contact_gradients
-from optimizer.nlp.pose_rows import BASE
-from optimizer.nlp.program import ArmPoint
-from optimizer.sqp.linear_rows import RowCollector
-from optimizer.verification.scene import Scene, world_yaw
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.surroundings import PairClass
+from duocell.models.collision.collision import Configurations
+from duocell.models.collision.contact_gradient import contact_gradients
+from duocell.optimizer.nlp.pose_rows import BASE
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.sqp.linear_rows import RowCollector
+from duocell.optimizer.verification.scene import Scene, world_yaw
 
 NEAR = 0.2
 """m beyond what is required; pairs that are farther apart get no row."""

@@ -8,19 +8,19 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.cell.cell import Cell
-from models.cell.surroundings import PairClass
-from optimizer.monitoring.events import Iterated
-from optimizer.monitoring.watch import check_stop, tell
-from optimizer.nlp.program import ArmPoint
-from optimizer.sqp.linear_rows import LinearRows
-from optimizer.sqp.look import Look, look
-from optimizer.sqp.manifold import Unknowns, move
-from optimizer.sqp.nearby import nearby
-from optimizer.sqp.quadratic import Quadratic, quadratic
-from optimizer.sqp.step import Step, best_step
-from optimizer.verification.scene import Scene
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.surroundings import PairClass
+from duocell.optimizer.monitoring.events import Iterated
+from duocell.optimizer.monitoring.watch import check_stop, tell
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.sqp.linear_rows import LinearRows
+from duocell.optimizer.sqp.look import Look, look
+from duocell.optimizer.sqp.manifold import Unknowns, move
+from duocell.optimizer.sqp.nearby import nearby
+from duocell.optimizer.sqp.quadratic import Quadratic, quadratic
+from duocell.optimizer.sqp.step import Step, best_step
+from duocell.optimizer.verification.scene import Scene
 
 ROUNDS = 50
 """Programs that one descent may solve."""

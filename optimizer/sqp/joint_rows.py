@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from models.cell.singular_margins import ELBOW, SHOULDER, margins_along
-from models.kinematics.branches import posture_terms
-from models.kinematics.closed_form import ClosedForm, closed_form
-from models.kinematics.nominal import singular_fifth
-from models.robot.arm import Arm
-from optimizer.nlp.conditioning_cuts import NUDGE, conditioning_gradients
-from optimizer.nlp.pose_rows import BASE
-from optimizer.nlp.program import ArmPoint
-from optimizer.sqp.linear_rows import RowCollector
-from optimizer.verification.scene import Scene
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.cell.singular_margins import ELBOW, SHOULDER, margins_along
+from duocell.models.kinematics.branches import posture_terms
+from duocell.models.kinematics.closed_form import ClosedForm, closed_form
+from duocell.models.kinematics.nominal import singular_fifth
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.nlp.conditioning_cuts import NUDGE, conditioning_gradients
+from duocell.optimizer.nlp.pose_rows import BASE
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.sqp.linear_rows import RowCollector
+from duocell.optimizer.verification.scene import Scene
 
 NEAR = 0.25
 """rad or m; what is farther from its bound gets no row."""
@@ -65,7 +65,7 @@ def _add_steps(rows: RowCollector, scene: Scene, index: int, point: ArmPoint) ->
 
 
 def _add_posture(rows: RowCollector, scene: Scene, index: int, form: ClosedForm, signs: tuple[int, int, int]) -> None:
-    """Places near a singular set that the posture must not cross (as in `optimizer.verification.verify`).
+    """Places near a singular set that the posture must not cross (as in `duocell.optimizer.verification.verify`).
 
     Front and elbow fall like the square root of the way to the end of reach: their squares are what a row can follow.
     A step that ends there is beyond it by the row's bend, where there is no layout at all: it stops short.

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from optimizer.sqp.manifold import Directions, Unknowns
-from optimizer.sqp.samples import Samples
+from duocell.models.base.arrays import Floats, Ints
+from duocell.optimizer.sqp.manifold import Directions, Unknowns
+from duocell.optimizer.sqp.samples import Samples
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from models.cell.surroundings import PairClass
-from optimizer.nlp.program import ArmPoint
-from optimizer.sqp.cell_rows import add_contacts, add_floor, add_ties
-from optimizer.sqp.joint_rows import add_joint_rows
-from optimizer.sqp.linear_rows import LinearRows, RowCollector
-from optimizer.sqp.manifold import Directions, Unknowns, directions
-from optimizer.sqp.samples import sample_path
-from optimizer.verification.scene import Scene
+from duocell.models.cell.surroundings import PairClass
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.sqp.cell_rows import add_contacts, add_floor, add_ties
+from duocell.optimizer.sqp.joint_rows import add_joint_rows
+from duocell.optimizer.sqp.linear_rows import LinearRows, RowCollector
+from duocell.optimizer.sqp.manifold import Directions, Unknowns, directions
+from duocell.optimizer.sqp.samples import sample_path
+from duocell.optimizer.verification.scene import Scene
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -11,15 +11,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from models.cell.cell import Cell
-from models.kinematics.chain import chain_of
-from models.kinematics.screws import forward_and_jacobian
-from models.robot.arm import Arm
-from optimizer.nlp.pose_rows import BASE
-from optimizer.nlp.program import ArmPoint
-from optimizer.sqp.on_task import REACHED, brought_onto
-from optimizer.sqp.sensitivity import joints_by_base
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.cell.cell import Cell
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.screws import forward_and_jacobian
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.nlp.pose_rows import BASE
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.sqp.on_task import REACHED, brought_onto
+from duocell.optimizer.sqp.sensitivity import joints_by_base
 
 TASK = 6
 """Coordinates that a pose takes from an arm."""

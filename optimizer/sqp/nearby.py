@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmPoint
 
 
 def nearby(points: Sequence[ArmPoint], others: Sequence[ArmPoint], distance: float) -> bool:

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.pose import inverse
-from models.kinematics.branches import solve_signed
-from models.kinematics.closed_form import closed_form
-from models.robot.arm import TURN, Arm
-from optimizer.clearance.path_samples import follow
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import inverse
+from duocell.models.kinematics.branches import solve_signed
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.robot.arm import TURN, Arm
+from duocell.optimizer.clearance.path_samples import follow
 
 REACHED = 1e-9
 """m; what misses a pose by more does not take it."""

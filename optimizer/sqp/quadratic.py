@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.pose import inverse
-from models.cell.cell import Cell
-from models.robot.arm import Arm
-from optimizer.clearance.path_samples import follow
-from optimizer.nlp.pose_rows import BASE
-from optimizer.nlp.program import ArmPoint
-from optimizer.sqp.manifold import Directions, Unknowns, directions
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import inverse
+from duocell.models.cell.cell import Cell
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.clearance.path_samples import follow
+from duocell.optimizer.nlp.pose_rows import BASE
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.sqp.manifold import Directions, Unknowns, directions
 
 STEP = 1e-4
 """m and rad, of the differences of the gradient."""

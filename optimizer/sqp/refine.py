@@ -14,16 +14,16 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from models.cell.cell import Cell
-from models.cell.surroundings import PairClass
-from optimizer.clearance.clearance import PathClearance
-from optimizer.nlp.measure import placed
-from optimizer.nlp.program import ArmPoint
-from optimizer.sqp.descent import CUSHION, SAME_BASIN, Terms, descend
-from optimizer.sqp.look import Look
-from optimizer.sqp.nearby import nearby
-from optimizer.sqp.samples import sample_path
-from optimizer.verification.scene import LIMITS, Scene
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.surroundings import PairClass
+from duocell.optimizer.clearance.clearance import PathClearance
+from duocell.optimizer.nlp.measure import placed
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.sqp.descent import CUSHION, SAME_BASIN, Terms, descend
+from duocell.optimizer.sqp.look import Look
+from duocell.optimizer.sqp.nearby import nearby
+from duocell.optimizer.sqp.samples import sample_path
+from duocell.optimizer.verification.scene import LIMITS, Scene
 
 WORTH = 1e-5
 """Relative fall of the merit below which a round was the last one."""

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from models.base.pose import inverse
-from models.cell.cell import Cell
-from optimizer.clearance.path_samples import ObjectPath
-from optimizer.nlp.program import ArmPoint
-from optimizer.sqp.on_task import REACHED, brought_onto
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.base.pose import inverse
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.clearance.path_samples import ObjectPath
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.sqp.on_task import REACHED, brought_onto
 
 LONGEST_STEP, LONGEST_SHIFT = 0.25, 0.08
 """rad of any joint and m of the object between neighbouring samples."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.kinematics.chain import chain_of
-from models.kinematics.screws import forward_and_jacobian
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Floats
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.screws import forward_and_jacobian
+from duocell.models.robot.robot import Robot
 
 DAMPING = 1e-8
 """On the squared singular values: near a singularity the joints' motion is large but finite."""

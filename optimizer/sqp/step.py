@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 import piqp
 
-from models.base.arrays import Floats
-from optimizer.sqp.linear_rows import LinearRows
-from optimizer.sqp.quadratic import Quadratic
+from duocell.models.base.arrays import Floats
+from duocell.optimizer.sqp.linear_rows import LinearRows
+from duocell.optimizer.sqp.quadratic import Quadratic
 
 TOLERANCE, DUAL_TOLERANCE = 1e-9, 1e-8
 """Of the scaled program: what its rows may lack, and how far from the best step it may be."""

@@ -6,19 +6,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.base.pose import inverse
-from models.cell.surroundings import PairClass
-from models.collision.collision import Configurations
-from models.kinematics.chain import chain_of
-from models.kinematics.closed_form import closed_form
-from models.kinematics.kinematics import characteristic_length
-from models.kinematics.screws import conditioning_of
-from models.robot.arm import Arm
-from optimizer.clearance.path_samples import follow
-from optimizer.nlp.program import ArmPoint
-from optimizer.tolerance.nominal import Nominal
-from optimizer.verification.verify import LIMITS, SIDE, wrong_sides
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.base.pose import inverse
+from duocell.models.cell.surroundings import PairClass
+from duocell.models.collision.collision import Configurations
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.kinematics import characteristic_length
+from duocell.models.kinematics.screws import conditioning_of
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.clearance.path_samples import follow
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.tolerance.nominal import Nominal
+from duocell.optimizer.verification.verify import LIMITS, SIDE, wrong_sides
 
 FARTHEST = 0.3
 """rad that a joint is expected to move at most: near singularities the first order promises anything."""

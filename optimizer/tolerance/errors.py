@@ -6,10 +6,10 @@ from itertools import product
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.sampling import even_points
-from optimizer.nlp.pose_rows import BASE
-from optimizer.tolerance.sensitivity import Sensitivity
+from duocell.models.base.arrays import Floats
+from duocell.models.base.sampling import even_points
+from duocell.optimizer.nlp.pose_rows import BASE
+from duocell.optimizer.tolerance.sensitivity import Sensitivity
 
 CORNERS: Floats = np.array(list(product((1.0, -1.0), repeat=BASE)))
 """(16, 4) of one base."""

@@ -7,17 +7,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from models.base.pose import inverse
-from models.cell.cell import Cell
-from models.kinematics.branches import path_signs
-from models.kinematics.closed_form import closed_form
-from optimizer.clearance.path_samples import follow
-from optimizer.nlp.program import ArmPoint
-from optimizer.results.findings import Clearance
-from optimizer.results.layout import Placement
-from optimizer.sqp.sensitivity import joints_by_base
-from optimizer.verification.scene import Scene
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.base.pose import inverse
+from duocell.models.cell.cell import Cell
+from duocell.models.kinematics.branches import path_signs
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.optimizer.clearance.path_samples import follow
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.results.findings import Clearance
+from duocell.optimizer.results.layout import Placement
+from duocell.optimizer.sqp.sensitivity import joints_by_base
+from duocell.optimizer.verification.scene import Scene
 
 
 @dataclass(frozen=True, eq=False, slots=True)

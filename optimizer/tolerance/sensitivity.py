@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.collision.contact_gradient import contact_gradients
-from optimizer.nlp.pose_rows import BASE
-from optimizer.tolerance.nominal import Nominal
+from duocell.models.base.arrays import Floats
+from duocell.models.collision.contact_gradient import contact_gradients
+from duocell.optimizer.nlp.pose_rows import BASE
+from duocell.optimizer.tolerance.nominal import Nominal
 
 PAIRS = 24
 """Pairs of bodies with a row: those that come nearest to what is required of them."""

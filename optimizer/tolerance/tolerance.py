@@ -7,16 +7,16 @@ from functools import partial
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.cell.cell import Cell
-from optimizer.results.findings import Clearance, Tolerance
-from optimizer.results.layout import Placement
-from optimizer.settings import ToleranceSettings
-from optimizer.tolerance.displaced import Displaced
-from optimizer.tolerance.errors import error_samples
-from optimizer.tolerance.nominal import Nominal
-from optimizer.tolerance.sensitivity import sensitivity
-from optimizer.tolerance.words import break_between, first_break
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.results.findings import Clearance, Tolerance
+from duocell.optimizer.results.layout import Placement
+from duocell.optimizer.settings import ToleranceSettings
+from duocell.optimizer.tolerance.displaced import Displaced
+from duocell.optimizer.tolerance.errors import error_samples
+from duocell.optimizer.tolerance.nominal import Nominal
+from duocell.optimizer.tolerance.sensitivity import sensitivity
+from duocell.optimizer.tolerance.words import break_between, first_break
 
 LARGEST = 10.0
 """Factor on the errors beyond which nothing is looked at."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from optimizer.clearance.clearance import PathClearance
-from optimizer.tolerance.displaced import Displaced
-from optimizer.verification.scene import LIMITS
+from duocell.optimizer.clearance.clearance import PathClearance
+from duocell.optimizer.tolerance.displaced import Displaced
+from duocell.optimizer.verification.scene import LIMITS
 
 
 def first_break(displaced: Displaced, i: int) -> str:

@@ -7,21 +7,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.base.kept import KEPT
-from models.cell.cell import Cell
-from models.cell.coupling import Rows
-from models.cell.floor import Footprint
-from models.cell.singular_margins import SPARE
-from models.cell.surroundings import PairClass
-from models.collision.collision import CollisionModel, Configurations
-from models.robot.arm import Arm
-from optimizer.clearance.clearance import PathClearance
-from optimizer.clearance.path_samples import ObjectPath
-from optimizer.nlp.measure import objective_of
-from optimizer.nlp.program import ArmPoint
-from optimizer.verification.verify import check
-from optimizer.verification.whole_way import check_whole_way
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.base.kept import KEPT
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.coupling import Rows
+from duocell.models.cell.floor import Footprint
+from duocell.models.cell.singular_margins import SPARE
+from duocell.models.cell.surroundings import PairClass
+from duocell.models.collision.collision import CollisionModel, Configurations
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.clearance.clearance import PathClearance
+from duocell.optimizer.clearance.path_samples import ObjectPath
+from duocell.optimizer.nlp.measure import objective_of
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.verification.verify import check
+from duocell.optimizer.verification.whole_way import check_whole_way
 
 LIMITS = KEPT
 """rad that a joint may stick out of its limits between two poses, as anywhere."""

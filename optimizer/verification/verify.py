@@ -6,19 +6,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.kept import KEPT
-from models.base.pose import rotation_angle
-from models.cell.cell import Cell
-from models.kinematics.branches import path_signs, posture_terms
-from models.kinematics.closed_form import ClosedForm, closed_form
-from models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
-from models.kinematics.nominal import posture_form
-from models.kinematics.wrist_singularity import wrist_shortfall
-from models.robot.arm import Arm
-from optimizer.nlp.measure import largest_step
-from optimizer.nlp.program import ArmPoint
-from optimizer.results.layout import Verification
+from duocell.models.base.arrays import Floats
+from duocell.models.base.kept import KEPT
+from duocell.models.base.pose import rotation_angle
+from duocell.models.cell.cell import Cell
+from duocell.models.kinematics.branches import path_signs, posture_terms
+from duocell.models.kinematics.closed_form import ClosedForm, closed_form
+from duocell.models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
+from duocell.models.kinematics.nominal import posture_form
+from duocell.models.kinematics.wrist_singularity import wrist_shortfall
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.nlp.measure import largest_step
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.results.layout import Verification
 
 POSITION = 1e-6
 """m"""
@@ -32,7 +32,7 @@ SIDE = 1e-7
 
 @dataclass(frozen=True, slots=True)
 class ArmCheck:
-    """Independent figures of one arm at a point; see `optimizer.results.layout.Verification`.
+    """Independent figures of one arm at a point; see `duocell.optimizer.results.layout.Verification`.
 
     Attributes:
         position_error: m. orientation_error: rad. joint_step: rad, within a job.

@@ -4,10 +4,11 @@ The object moves straight from pose to pose and turns the short way; the arm fol
 every step is looked at, and steps are halved again where something may happen between the places known:
 
 - a joint travels far, or might leave its limits. A joint's way is bounded from its chord and from how far its middle
-  sags off it, as in `optimizer.clearance.stretches`;
+  sags off it, as in `duocell.optimizer.clearance.stretches`;
 - a singularity may be touched, the end of reach among them. Where W stands in front of axis 1 (squared) and the cosines
   of elbow and wrist are smooth functions of the place, also where the joints are not. They keep a margin
-  (`models.cell.singular_margins`); where half their sag may use up what is left of it, however little, it is looked at.
+  (`duocell.models.cell.singular_margins`); where half their sag may use up what is left of it, however little, it is
+  looked at.
 
 A joint that still travels far on a part of 2^-20 of a step jumps there: the way passes a singularity. (Where that is
 allowed, the wrist may turn in place.) Arms with a
@@ -23,21 +24,21 @@ from functools import lru_cache
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.base.pose import inverse
-from models.cell.cell import Cell
-from models.cell.singular_margins import keeps_margins, lacking_at_poses, spare_terms
-from models.cell.task import Task
-from models.kinematics.branches import solve_signed
-from models.kinematics.closed_form import ClosedForm, closed_form
-from models.kinematics.nominal import singular_fifth
-from models.kinematics.wrist_singularity import wrist_distance
-from models.robot.arm import SINGULAR_WRIST, TURN, Arm
-from optimizer.clearance.clearance import Break, LimitExcess
-from optimizer.clearance.path_samples import STRAY, ObjectPath, follow, keep_inside
-from optimizer.clearance.stretches import LIMITS as EXACT
-from optimizer.clearance.stretches import SAFETY, Resolution
-from optimizer.nlp.program import ArmPoint
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.base.pose import inverse
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.singular_margins import keeps_margins, lacking_at_poses, spare_terms
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.branches import solve_signed
+from duocell.models.kinematics.closed_form import ClosedForm, closed_form
+from duocell.models.kinematics.nominal import singular_fifth
+from duocell.models.kinematics.wrist_singularity import wrist_distance
+from duocell.models.robot.arm import SINGULAR_WRIST, TURN, Arm
+from duocell.optimizer.clearance.clearance import Break, LimitExcess
+from duocell.optimizer.clearance.path_samples import STRAY, ObjectPath, follow, keep_inside
+from duocell.optimizer.clearance.stretches import LIMITS as EXACT
+from duocell.optimizer.clearance.stretches import SAFETY, Resolution
+from duocell.optimizer.nlp.program import ArmPoint
 
 LIMITS = 1e-6
 """rad; a smaller excess over a limit between two poses is rounding of followed paths."""
@@ -131,7 +132,7 @@ def follow_way(cell: Cell, arm: Arm, point: ArmPoint, resolution: Resolution | N
     Args:
         cell: task.
         arm: the arm.
-        point: base and joints at the poses, as accurate as `optimizer.verification.verify` asks for.
+        point: base and joints at the poses, as accurate as `duocell.optimizer.verification.verify` asks for.
         resolution: where to stop looking for limits; default 1 mm and 0.5°.
     """
     resolution = resolution or Resolution(most_samples=MOST)

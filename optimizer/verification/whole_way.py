@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from models.cell.cell import Cell
-from models.collision.collision import CollisionModel
-from models.robot.arm import Arm
-from optimizer.clearance.clearance import LimitExcess, PathClearance, check_clearance
-from optimizer.nlp.program import ArmPoint
-from optimizer.verification.way import follow_way
+from duocell.models.cell.cell import Cell
+from duocell.models.collision.collision import CollisionModel
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.clearance.clearance import LimitExcess, PathClearance, check_clearance
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.verification.way import follow_way
 
 
 def check_whole_way(cell: Cell, model: CollisionModel | None, points: Sequence[ArmPoint]) -> PathClearance:
@@ -20,7 +20,7 @@ def check_whole_way(cell: Cell, model: CollisionModel | None, points: Sequence[A
     Args:
         cell: task and arms.
         model: bodies of the same arms; None where no clearance is asked for.
-        points: one per arm, as accurate as `optimizer.verification.verify` asks for.
+        points: one per arm, as accurate as `duocell.optimizer.verification.verify` asks for.
     """
     pairs = list(zip(cell.arms, points, strict=True))
     ways = [follow_way(cell, arm, point) for arm, point in pairs]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from optimizer.clearance.clearance import Break, LimitExcess
-from optimizer.results.layout import Reason
+from duocell.optimizer.clearance.clearance import Break, LimitExcess
+from duocell.optimizer.results.layout import Reason
 
 
 def way_faults(breaks: tuple[Break, ...], beyond: tuple[LimitExcess, ...]) -> tuple[Reason, ...]:

@@ -11,7 +11,7 @@ from fastapi import APIRouter
 from fastapi.openapi.docs import get_swagger_ui_html
 from fastapi.responses import HTMLResponse, RedirectResponse, Response
 
-from service.observability import metrics
+from duocell.service.observability import metrics
 
 router = APIRouter(include_in_schema=False)
 

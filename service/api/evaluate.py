@@ -7,11 +7,11 @@ import json
 from fastapi import APIRouter, Request
 from fastapi.responses import Response
 
-from service.api.ownership import view_of
-from service.api.state import StateOf
-from service.http.body import json_body
-from service.schemas.evaluate import Evaluation
-from service.schemas.resources import ProblemDocument
+from duocell.service.api.ownership import view_of
+from duocell.service.api.state import StateOf
+from duocell.service.http.body import json_body
+from duocell.service.schemas.evaluate import Evaluation
+from duocell.service.schemas.resources import ProblemDocument
 
 router = APIRouter(prefix="/v1/layouts", tags=["layouts"])
 

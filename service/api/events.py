@@ -10,9 +10,9 @@ from fastapi import APIRouter, Request
 from fastapi.responses import Response
 from fastapi.sse import KEEPALIVE_COMMENT, EventSourceResponse, format_sse_event
 
-from service.api.layouts import PROBLEM
-from service.api.ownership import own_layout
-from service.api.state import State, StateOf
+from duocell.service.api.layouts import PROBLEM
+from duocell.service.api.ownership import own_layout
+from duocell.service.api.state import State, StateOf
 
 router = APIRouter(prefix="/v1/layouts", tags=["layouts"])
 

@@ -8,10 +8,10 @@ from typing import Annotated
 from fastapi import APIRouter, Path
 from fastapi.responses import JSONResponse, Response
 
-from service.api.state import StateOf
-from service.common.problems import KINDS, Problem
-from service.common.version import package_version
-from service.schemas.resources import Health, ProblemDocument, ProblemKind, Readiness
+from duocell.service.api.state import StateOf
+from duocell.service.common.problems import KINDS, Problem
+from duocell.service.common.version import package_version
+from duocell.service.schemas.resources import Health, ProblemDocument, ProblemKind, Readiness
 
 router = APIRouter(tags=["service"])
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from fastapi import APIRouter, Request
 from fastapi.responses import JSONResponse, Response
 
-from service.api.ownership import only_client
-from service.api.state import StateOf
-from service.common.problems import Problem
-from service.schemas.resources import ProblemDocument
-from service.schemas.robots import RobotImport
+from duocell.service.api.ownership import only_client
+from duocell.service.api.state import StateOf
+from duocell.service.common.problems import Problem
+from duocell.service.schemas.resources import ProblemDocument
+from duocell.service.schemas.robots import RobotImport
 
 router = APIRouter(prefix="/v1/imports", tags=["robots"])
 

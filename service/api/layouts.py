@@ -8,17 +8,17 @@ from urllib.parse import urlencode
 from fastapi import APIRouter, Query, Request
 from fastapi.responses import JSONResponse, Response
 
-from service.api.ownership import client_of, not_found, only_client, own_layout, view_of
-from service.api.state import StateOf
-from service.common.moments import moment_of
-from service.http.body import json_body
-from service.http.cursor import decode, encode
-from service.http.idempotency import idempotency_key
-from service.http.prefer import preferred_wait
-from service.jobs.job import Job, JobStatus
-from service.jobs.job_store import JobFilter
-from service.jobs.resources import etag, href, layout_text, summary
-from service.schemas.resources import Layout, LayoutPage, ProblemDocument
+from duocell.service.api.ownership import client_of, not_found, only_client, own_layout, view_of
+from duocell.service.api.state import StateOf
+from duocell.service.common.moments import moment_of
+from duocell.service.http.body import json_body
+from duocell.service.http.cursor import decode, encode
+from duocell.service.http.idempotency import idempotency_key
+from duocell.service.http.prefer import preferred_wait
+from duocell.service.jobs.job import Job, JobStatus
+from duocell.service.jobs.job_store import JobFilter
+from duocell.service.jobs.resources import etag, href, layout_text, summary
+from duocell.service.schemas.resources import Layout, LayoutPage, ProblemDocument
 
 router = APIRouter(prefix="/v1/layouts", tags=["layouts"])
 

@@ -6,12 +6,12 @@ from fastapi import APIRouter, Request
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import JSONResponse, Response
 
-from service.api.ownership import library_of
-from service.api.state import StateOf
-from service.library.meshes import mesh_address, mesh_list, mesh_resource
-from service.schemas.meshes import MeshPage, UploadedMesh
-from service.schemas.resources import ProblemDocument
-from service.uploads.uploads import drop_mesh, no_mesh, take_mesh
+from duocell.service.api.ownership import library_of
+from duocell.service.api.state import StateOf
+from duocell.service.library.meshes import mesh_address, mesh_list, mesh_resource
+from duocell.service.schemas.meshes import MeshPage, UploadedMesh
+from duocell.service.schemas.resources import ProblemDocument
+from duocell.service.uploads.uploads import drop_mesh, no_mesh, take_mesh
 
 router = APIRouter(prefix="/v1/meshes", tags=["meshes"])
 

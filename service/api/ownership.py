@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from fastapi import Request
 
-from service.api.state import State
-from service.common.problems import Problem
-from service.jobs.job import Job, is_job_id
-from service.library.library import Library
-from service.library.shelves import View
+from duocell.service.api.state import State
+from duocell.service.common.problems import Problem
+from duocell.service.jobs.job import Job, is_job_id
+from duocell.service.library.library import Library
+from duocell.service.library.shelves import View
 
 
 def client_of(request: Request) -> str:

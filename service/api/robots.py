@@ -8,15 +8,15 @@ from fastapi import APIRouter, Path, Request
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import JSONResponse, Response
 
-from models.base.errors import UnknownRobot
-from service.api.ownership import client_of, library_of
-from service.api.state import StateOf
-from service.common.problems import Problem
-from service.http.prefer import prefers_async
-from service.library.robots import robot_document, robot_list
-from service.schemas.resources import ProblemDocument
-from service.schemas.robots import RobotDetail, RobotImport, RobotPage
-from service.uploads.uploads import begin_robot, drop_robot, take_robot
+from duocell.models.base.errors import UnknownRobot
+from duocell.service.api.ownership import client_of, library_of
+from duocell.service.api.state import StateOf
+from duocell.service.common.problems import Problem
+from duocell.service.http.prefer import prefers_async
+from duocell.service.library.robots import robot_document, robot_list
+from duocell.service.schemas.resources import ProblemDocument
+from duocell.service.schemas.robots import RobotDetail, RobotImport, RobotPage
+from duocell.service.uploads.uploads import begin_robot, drop_robot, take_robot
 
 router = APIRouter(prefix="/v1/robots", tags=["robots"])
 

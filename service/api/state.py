@@ -7,14 +7,14 @@ from typing import Annotated
 
 from fastapi import Depends, Request
 
-from service.jobs.evaluations import Evaluations
-from service.jobs.jobs import Jobs
-from service.library.library import Library
-from service.settings import Settings
-from service.uploads.imports import Imports
-from service.workers.acceptance import Acceptance
-from service.workers.health import Monitor
-from service.workers.import_worker import ImportWorker
+from duocell.service.jobs.evaluations import Evaluations
+from duocell.service.jobs.jobs import Jobs
+from duocell.service.library.library import Library
+from duocell.service.settings import Settings
+from duocell.service.uploads.imports import Imports
+from duocell.service.workers.acceptance import Acceptance
+from duocell.service.workers.health import Monitor
+from duocell.service.workers.import_worker import ImportWorker
 
 
 @dataclass(frozen=True, slots=True)

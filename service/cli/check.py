@@ -7,15 +7,15 @@ import sys
 from datetime import UTC, datetime
 from typing import Any
 
-from models.base.errors import DuocellError
-from service.cli.input import RobotUrdfs, complain, library_from, read
-from service.cli.main import Exit
-from service.cli.solve import check_writable, exit_code, show
-from service.common.issues import InvalidRequest, Issue
-from service.jobs.resources import solved_here
-from service.requests.accept import accept_evaluation
-from service.settings import Settings
-from service.validation.strict_json import NotJson, parse
+from duocell.models.base.errors import DuocellError
+from duocell.service.cli.input import RobotUrdfs, complain, library_from, read
+from duocell.service.cli.main import Exit
+from duocell.service.cli.solve import check_writable, exit_code, show
+from duocell.service.common.issues import InvalidRequest, Issue
+from duocell.service.jobs.resources import solved_here
+from duocell.service.requests.accept import accept_evaluation
+from duocell.service.settings import Settings
+from duocell.service.validation.strict_json import NotJson, parse
 
 SLACK = 1e-9
 """m or rad, of the region of a base."""
@@ -36,7 +36,7 @@ def check(source: str, output: str | None, urdfs: RobotUrdfs) -> int:
         return complain(error.issues)
     except NotJson as error:
         return complain([Issue("", error.detail)])
-    from service.workers.solving import evaluate_request
+    from duocell.service.workers.solving import evaluate_request
 
     created = datetime.now(UTC)
     try:

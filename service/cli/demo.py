@@ -1,6 +1,6 @@
 """The demonstration behind `make demo`: start the server, send a request over HTTP, print the answer, stop the server.
 
-    python -m service.cli.demo [REQUEST.json]
+    python -m duocell.service.cli.demo [REQUEST.json]
 
 Everything it writes goes to build/demo/. It talks to the server as any client would, with the standard library alone.
 """
@@ -26,9 +26,9 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from service.figure.figure import write_figure
+from duocell.service.figure.figure import write_figure
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).resolve().parents[2]
 EXAMPLE = ROOT / "examples" / "line.json"
 RESULTS = Path("build/demo")
 READY_WITHIN = 60.0  # s; a cold disk takes its time to load the engines

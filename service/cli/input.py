@@ -9,12 +9,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from service.cli.main import Exit
-from service.common.issues import MOST_SHOWN, InvalidRequest, Issue
+from duocell.service.cli.main import Exit
+from duocell.service.common.issues import MOST_SHOWN, InvalidRequest, Issue
 
 if TYPE_CHECKING:
-    from models.description.urdf_bodies import MissingMeshes
-    from service.library.library import Library
+    from duocell.models.description.urdf_bodies import MissingMeshes
+    from duocell.service.library.library import Library
 
 
 def read(source: str) -> bytes:
@@ -50,9 +50,9 @@ def library_from(data_dir: Path, urdfs: RobotUrdfs) -> Library:
     Raises:
         InvalidRequest: an option or its file cannot be used.
     """
-    from models.base.errors import InvalidInput
-    from service.library.library import Library
-    from service.uploads.urdf_on_disk import robot_on_disk
+    from duocell.models.base.errors import InvalidInput
+    from duocell.service.library.library import Library
+    from duocell.service.uploads.urdf_on_disk import robot_on_disk
 
     robots = {}
     for option in urdfs.options:

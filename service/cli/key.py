@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import sys
 
-from service.cli.input import complain
-from service.common.issues import Issue
-from service.http.keys import NAME, hash_line, new_key
+from duocell.service.cli.input import complain
+from duocell.service.common.issues import Issue
+from duocell.service.http.keys import NAME, hash_line, new_key
 
 
 def new(name: str) -> int:

@@ -15,17 +15,17 @@ from contextlib import suppress
 from datetime import UTC, datetime
 from typing import Any
 
-from optimizer.monitoring.watch import Cancelled, watching
-from service.cli.main import Exit
-from service.cli.progress import display
-from service.jobs.resources import solved_here
-from service.library.library import Library
-from service.requests.accept import Accepted
-from service.settings import Settings
-from service.workers.executor import Report, SolveFailed
-from service.workers.pool import GRACE, limit_threads
-from service.workers.reports import Reports
-from service.workers.worker import KNOWN, TIME_LIMIT, Answer, solve_following
+from duocell.optimizer.monitoring.watch import Cancelled, watching
+from duocell.service.cli.main import Exit
+from duocell.service.cli.progress import display
+from duocell.service.jobs.resources import solved_here
+from duocell.service.library.library import Library
+from duocell.service.requests.accept import Accepted
+from duocell.service.settings import Settings
+from duocell.service.workers.executor import Report, SolveFailed
+from duocell.service.workers.pool import GRACE, limit_threads
+from duocell.service.workers.reports import Reports
+from duocell.service.workers.worker import KNOWN, TIME_LIMIT, Answer, solve_following
 
 SOLVE = "solve"
 """Name of the thread that solves."""

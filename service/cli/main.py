@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from service.cli.input import RobotUrdfs
+    from duocell.service.cli.input import RobotUrdfs
 
 
 class Exit(IntEnum):
@@ -131,58 +131,58 @@ def _add_robots(command: argparse.ArgumentParser) -> None:
 
 
 def _robot_urdfs(options: argparse.Namespace) -> RobotUrdfs:
-    from service.cli.input import RobotUrdfs
+    from duocell.service.cli.input import RobotUrdfs
 
     return RobotUrdfs(tuple(options.robot_urdf), options.missing_meshes)
 
 
 def _serve(options: argparse.Namespace) -> int:
-    from service.cli.serve import serve
+    from duocell.service.cli.serve import serve
 
     return serve(host=options.host, port=options.port, workers=options.workers, data_dir=options.data_dir)
 
 
 def _migrate(options: argparse.Namespace) -> int:
-    from service.cli.migrate import migrate
+    from duocell.service.cli.migrate import migrate
 
     return migrate()
 
 
 def _solve(options: argparse.Namespace) -> int:
-    from service.cli.solve import solve
+    from duocell.service.cli.solve import solve
 
     return solve(options.request, options.output, _robot_urdfs(options), options.time_limit, options.server)
 
 
 def _check(options: argparse.Namespace) -> int:
-    from service.cli.check import check
+    from duocell.service.cli.check import check
 
     return check(options.request, options.output, _robot_urdfs(options))
 
 
 def _robots(options: argparse.Namespace) -> int:
-    from service.cli.tables import print_robot, print_robots
-    from service.library.library import Library
-    from service.settings import Settings
+    from duocell.service.cli.tables import print_robot, print_robots
+    from duocell.service.library.library import Library
+    from duocell.service.settings import Settings
 
     library = Library(Settings().data_dir)
     return print_robots(library) if options.name is None else print_robot(options.name, library)
 
 
 def _figure(options: argparse.Namespace) -> int:
-    from service.cli.solve import figure
+    from duocell.service.cli.solve import figure
 
     return figure(options.result, options.output, _robot_urdfs(options))
 
 
 def _new_key(options: argparse.Namespace) -> int:
-    from service.cli.key import new
+    from duocell.service.cli.key import new
 
     return new(options.name)
 
 
 def _version(options: argparse.Namespace) -> int:
-    from service.common.version import package_version
+    from duocell.service.common.version import package_version
 
     sys.stdout.write(f"duocell {package_version()}\n")
     return Exit.SOLVED

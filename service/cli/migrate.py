@@ -7,13 +7,13 @@ import sys
 from pydantic import ValidationError
 from sqlalchemy.exc import SQLAlchemyError
 
-from service.cli.input import complain
-from service.cli.main import Exit
-from service.common.issues import Issue
-from service.jobs.job_store import StoreUnavailable
-from service.settings import Settings
-from service.store.engine import make_engine
-from service.store.migrate import upgrade
+from duocell.service.cli.input import complain
+from duocell.service.cli.main import Exit
+from duocell.service.common.issues import Issue
+from duocell.service.jobs.job_store import StoreUnavailable
+from duocell.service.settings import Settings
+from duocell.service.store.engine import make_engine
+from duocell.service.store.migrate import upgrade
 
 
 def migrate() -> int:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from service.workers.executor import Report
+from duocell.service.workers.executor import Report
 
 SHORT = 1.0
 """s; less is not worth a word."""

@@ -9,8 +9,8 @@ from typing import Any
 
 import httpx2
 
-from service.cli.progress import display
-from service.workers.executor import Report
+from duocell.service.cli.progress import display
+from duocell.service.workers.executor import Report
 
 RETRIES, PAUSE = 5, 1.0
 """Times that a request is sent whose answer got lost, and s in between."""

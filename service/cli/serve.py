@@ -14,11 +14,11 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from service.cli.input import complain
-from service.common.issues import Issue
-from service.http.keys import KeysUnusable, keyring
-from service.settings import Settings
-from service.workers.pool import ProcessExecutor
+from duocell.service.cli.input import complain
+from duocell.service.common.issues import Issue
+from duocell.service.http.keys import KeysUnusable, keyring
+from duocell.service.settings import Settings
+from duocell.service.workers.pool import ProcessExecutor
 
 AFTER_DRAIN = 3.0
 """s that open connections are given when the last solve has ended or was put back."""
@@ -50,9 +50,9 @@ def serve(**flags: Any) -> int:
     executor.start()  # the engines are loaded while this process loads the web framework
     import uvicorn
 
-    from service.app import create_app
-    from service.http.connections import Connection
-    from service.observability import logs, metrics
+    from duocell.service.app import create_app
+    from duocell.service.http.connections import Connection
+    from duocell.service.observability import logs, metrics
 
     handler = logs.configure(settings)
     metrics.watch_log(lambda: getattr(handler, "dropped", 0))
@@ -84,8 +84,8 @@ def serve(**flags: Any) -> int:
         proxy_headers=bool(settings.trusted_proxies),
         forwarded_allow_ips=settings.trusted_proxies,
         h11_max_incomplete_event_size=MAX_HEAD,
-        log_config=None,  # `service.observability.logs` has configured them
-        access_log=False,  # `service.http.middleware.observe` writes it
+        log_config=None,  # `duocell.service.observability.logs` has configured them
+        access_log=False,  # `duocell.service.http.middleware.observe` writes it
     )
     server = Server(config)
     gc.collect()

@@ -7,13 +7,13 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from models.base.errors import DuocellError
-from service.cli.input import RobotUrdfs, complain, library_from, read
-from service.cli.main import Exit
-from service.common.issues import InvalidRequest, Issue
-from service.requests.accept import accept
-from service.settings import Settings
-from service.validation.strict_json import NotJson, parse
+from duocell.models.base.errors import DuocellError
+from duocell.service.cli.input import RobotUrdfs, complain, library_from, read
+from duocell.service.cli.main import Exit
+from duocell.service.common.issues import InvalidRequest, Issue
+from duocell.service.requests.accept import accept
+from duocell.service.settings import Settings
+from duocell.service.validation.strict_json import NotJson, parse
 
 BAD_REQUESTS = (400, 413, 415, 422)
 """Answers that blame the request."""
@@ -44,7 +44,7 @@ def solve(
     show(resource, output)
     code = exit_code(resource["result"])
     if server is None:
-        from service.cli.local import leave
+        from duocell.service.cli.local import leave
 
         leave(code)
     return code
@@ -52,7 +52,7 @@ def solve(
 
 def show(resource: dict[str, Any], output: str | None) -> None:
     """Print a layout, and write it if asked to."""
-    from service.cli.tables import print_layout
+    from duocell.service.cli.tables import print_layout
 
     text = json.dumps(resource, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
     if output not in (None, "-"):  # before anything is printed: who reads that may have left
@@ -72,8 +72,8 @@ class Failed(Exception):
 
 def _here(source: str, urdfs: RobotUrdfs, time_limit: float | None) -> dict[str, Any]:
     """Solve in this process."""
-    from service.cli.local import solve_here
-    from service.workers.executor import SolveFailed
+    from duocell.service.cli.local import solve_here
+    from duocell.service.workers.executor import SolveFailed
 
     settings = Settings()
     if time_limit is not None:  # nobody else waits for this process
@@ -90,7 +90,7 @@ def _there(server: str, source: str, urdfs: RobotUrdfs, time_limit: float | None
     """Solve at a server."""
     import httpx2
 
-    from service.cli.remote import Refused, solve_there
+    from duocell.service.cli.remote import Refused, solve_there
 
     if urdfs.options:
         raise InvalidRequest([Issue("", "--robot-urdf has no meaning for a server: it has its own. Leave it out.")])
@@ -128,7 +128,7 @@ def exit_code(result: dict[str, Any]) -> int:
 
 def figure(source: str, output: Path, urdfs: RobotUrdfs) -> int:
     """Draw the result in a file."""
-    from service.figure.figure import write_figure
+    from duocell.service.figure.figure import write_figure
 
     try:
         check_writable(str(output))

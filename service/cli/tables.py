@@ -8,14 +8,14 @@ from typing import IO, Any
 from rich.markup import escape
 from rich.table import Table
 
-from models.base.errors import UnknownRobot
-from service.cli.console import NONE, console_on, in_degrees, number, table
-from service.cli.findings import print_findings
-from service.cli.input import complain
-from service.cli.main import Exit
-from service.common.issues import Issue
-from service.library.library import Library
-from service.library.robots import robot_document, robot_list
+from duocell.models.base.errors import UnknownRobot
+from duocell.service.cli.console import NONE, console_on, in_degrees, number, table
+from duocell.service.cli.findings import print_findings
+from duocell.service.cli.input import complain
+from duocell.service.cli.main import Exit
+from duocell.service.common.issues import Issue
+from duocell.service.library.library import Library
+from duocell.service.library.robots import robot_document, robot_list
 
 
 def print_layout(resource: dict[str, Any], file: IO[str]) -> None:

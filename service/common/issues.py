@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from models.base.errors import InvalidInput
+from duocell.models.base.errors import InvalidInput
 
 MOST_SHOWN = 20
 """Issues listed in one answer; a request with thousands of bad poses needs no thousands of sentences."""

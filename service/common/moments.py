@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from datetime import UTC, datetime
 
-from service.common.issues import Issue
-from service.common.problems import Problem
+from duocell.service.common.issues import Issue
+from duocell.service.common.problems import Problem
 
 
 def moment_of(name: str, text: str | None) -> datetime | None:

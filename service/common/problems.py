@@ -9,7 +9,7 @@ from typing import Any
 
 from fastapi.responses import JSONResponse
 
-from service.common.issues import MOST_SHOWN, Issue
+from duocell.service.common.issues import MOST_SHOWN, Issue
 
 MEDIA_TYPE = "application/problem+json"
 
@@ -84,7 +84,7 @@ KINDS: dict[str, Kind] = {
     "closing": Kind(503, "The service is being stopped", "Try again after the seconds of the header Retry-After."),
     "not-ready": Kind(503, "The service is not ready", "Try again after the seconds of the header Retry-After."),
 }
-"""All kinds by code; codes of `models.base.errors` included."""
+"""All kinds by code; codes of `duocell.models.base.errors` included."""
 
 BY_STATUS = {
     400: "bad-request",

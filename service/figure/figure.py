@@ -20,19 +20,19 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 from matplotlib.patheffects import withStroke
 
-from models.base.arrays import Floats
-from models.base.pose import rotation_about, transform
-from models.cell.cell import Cell
-from models.cell.task import Task
-from models.kinematics.kinematics import reach_sphere
-from models.robot.arm import Arm, Interval
-from models.robot.robot import Robot
-from service.figure.figure_surroundings import draw_bodies, draw_floor, draw_obstacles
-from service.library.library import Library
-from service.requests.convert import cell_of
-from service.schemas.evaluate import EvaluateRequest
-from service.schemas.request import LayoutRequest
-from service.validation import validate
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import rotation_about, transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.kinematics import reach_sphere
+from duocell.models.robot.arm import Arm, Interval
+from duocell.models.robot.robot import Robot
+from duocell.service.figure.figure_surroundings import draw_bodies, draw_floor, draw_obstacles
+from duocell.service.library.library import Library
+from duocell.service.requests.convert import cell_of
+from duocell.service.schemas.evaluate import EvaluateRequest
+from duocell.service.schemas.request import LayoutRequest
+from duocell.service.validation import validate
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00")  # Okabe and Ito, without yellow and black
 DASHES: tuple[Any, ...] = ("solid", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1, 1, 1)))

@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 from scipy.spatial import ConvexHull as Hull
 
-from models.base.arrays import Floats
-from models.cell.cell import Cell
-from models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Sphere
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
+from duocell.models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Sphere
 
 OBSTACLE, FLOOR = "#8a8a8a", "#4d4d4d"
 ROUND = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)

@@ -12,7 +12,7 @@ from weakref import WeakKeyDictionary
 
 from fastapi import Request
 
-from service.common.problems import Problem
+from duocell.service.common.problems import Problem
 
 STALLED = 15.0
 """s without a byte of a body that was begun."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from fastapi import Request
 
-from service.common.issues import Issue
-from service.common.problems import Problem
-from service.http.arriving import arriving
+from duocell.service.common.issues import Issue
+from duocell.service.common.problems import Problem
+from duocell.service.http.arriving import arriving
 
 
 async def json_body(request: Request, most: int) -> bytes:

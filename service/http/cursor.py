@@ -5,8 +5,8 @@ from __future__ import annotations
 import base64
 import binascii
 
-from service.common.issues import Issue
-from service.common.problems import Problem
+from duocell.service.common.issues import Issue
+from duocell.service.common.problems import Problem
 
 LARGEST = 2**63 - 1
 """Number that a database can hold."""

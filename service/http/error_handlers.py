@@ -1,4 +1,4 @@
-"""From exceptions to problem documents: what is raised on purpose; `service.http.middleware.unexpected` has the
+"""From exceptions to problem documents: what is raised on purpose; `duocell.service.http.middleware.unexpected` has the
 rest.
 """
 
@@ -13,13 +13,13 @@ from fastapi.exceptions import RequestValidationError
 from fastapi.responses import Response
 from starlette.exceptions import HTTPException
 
-from models.base.errors import DuocellError
-from service.common.issues import MOST_OF_A_NAME, InvalidRequest, Issue, shortened
-from service.common.job_errors import Refused
-from service.common.problems import BY_STATUS, KINDS, Problem, phrase, response
-from service.common.routes import route_of
-from service.jobs.job_store import StoreUnavailable
-from service.validation.strict_json import NotJson
+from duocell.models.base.errors import DuocellError
+from duocell.service.common.issues import MOST_OF_A_NAME, InvalidRequest, Issue, shortened
+from duocell.service.common.job_errors import Refused
+from duocell.service.common.problems import BY_STATUS, KINDS, Problem, phrase, response
+from duocell.service.common.routes import route_of
+from duocell.service.jobs.job_store import StoreUnavailable
+from duocell.service.validation.strict_json import NotJson
 
 log = logging.getLogger(__name__)
 

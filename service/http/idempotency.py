@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 
-from service.common.issues import Issue
-from service.common.problems import Problem
+from duocell.service.common.issues import Issue
+from duocell.service.common.problems import Problem
 
 BARE, QUOTED = "[!#-~]([ -~]{0,253}[!-~])?", '"[!-~]([ -~]{0,253}[!-~])?"'
 PATTERN = f"^({BARE}|{QUOTED})$"

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from service.settings import Access
+from duocell.service.settings import Access
 
 log = logging.getLogger(__name__)
 

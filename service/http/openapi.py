@@ -8,11 +8,11 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from pydantic import BaseModel
 
-from service.common.problems import MEDIA_TYPE
-from service.http.idempotency import PATTERN
-from service.schemas.evaluate import EVALUATE_EXAMPLE
-from service.schemas.request import EXAMPLE
-from service.schemas.uploads import MeshUpload, RobotUpload
+from duocell.service.common.problems import MEDIA_TYPE
+from duocell.service.http.idempotency import PATTERN
+from duocell.service.schemas.evaluate import EVALUATE_EXAMPLE
+from duocell.service.schemas.request import EXAMPLE
+from duocell.service.schemas.uploads import MeshUpload, RobotUpload
 
 DESCRIPTION = """\
 Where should the arms of a workcell be bolted down? Send the poses that a part goes through and the arms that carry it;

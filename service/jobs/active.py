@@ -5,9 +5,9 @@ from __future__ import annotations
 import asyncio
 from dataclasses import dataclass, field
 
-from service.jobs.event_log import EventLog
-from service.jobs.job import Job
-from service.workers.worker import Answer
+from duocell.service.jobs.event_log import EventLog
+from duocell.service.jobs.job import Job
+from duocell.service.workers.worker import Answer
 
 ENDED = {
     "answer": "The solve came to its own end.",

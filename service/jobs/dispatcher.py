@@ -12,14 +12,14 @@ from dataclasses import replace
 from math import ceil
 from typing import Any
 
-from service.jobs.active import ENDED, Active, Rules
-from service.jobs.event_log import LAST
-from service.jobs.fair_queue import FairQueue
-from service.jobs.job import Ending, Failure, Job, JobEvent, JobStatus
-from service.jobs.job_store import LeaseLost, StoreUnavailable
-from service.jobs.store_threads import StoreThreads
-from service.observability import logs, metrics, telemetry
-from service.workers.executor import Executor, SolveFailed, Task, WorkerDied
+from duocell.service.jobs.active import ENDED, Active, Rules
+from duocell.service.jobs.event_log import LAST
+from duocell.service.jobs.fair_queue import FairQueue
+from duocell.service.jobs.job import Ending, Failure, Job, JobEvent, JobStatus
+from duocell.service.jobs.job_store import LeaseLost, StoreUnavailable
+from duocell.service.jobs.store_threads import StoreThreads
+from duocell.service.observability import logs, metrics, telemetry
+from duocell.service.workers.executor import Executor, SolveFailed, Task, WorkerDied
 
 log = logging.getLogger(__name__)
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from service.common.problems import Problem
-from service.requests.accept import Accepted
-from service.workers.executor import Executor, SolveFailed
-from service.workers.worker import Answer
+from duocell.service.common.problems import Problem
+from duocell.service.requests.accept import Accepted
+from duocell.service.workers.executor import Executor, SolveFailed
+from duocell.service.workers.worker import Answer
 
 RETRY_AFTER = "1"
 FAULTS = ("internal", "solver-failure")

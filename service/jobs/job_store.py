@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Protocol
 
-from service.jobs.job import Ending, Job, JobEvent, JobStatus
+from duocell.service.jobs.job import Ending, Job, JobEvent, JobStatus
 
 OTHER = (
     "Another server has this store open. Stop it, or give this one its own DUOCELL_DATA_DIR or DUOCELL_DATABASE_URL."

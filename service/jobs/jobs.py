@@ -10,16 +10,16 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
-from service.common.job_errors import AlreadyFinished, Closing, KeyBusy, KeyReused, NotFinished, QueueFull
-from service.jobs.active import Active, Rules
-from service.jobs.dispatcher import Dispatcher
-from service.jobs.event_log import LAST
-from service.jobs.job import CALLED_OFF, Job, JobEvent, JobStatus
-from service.jobs.job_store import JobFilter, JobStore, KeyTaken, LeaseLost, StoreUnavailable
-from service.jobs.store_threads import StoreThreads
-from service.jobs.store_watch import StoreWatch
-from service.requests.accept import Accepted
-from service.workers.executor import Executor
+from duocell.service.common.job_errors import AlreadyFinished, Closing, KeyBusy, KeyReused, NotFinished, QueueFull
+from duocell.service.jobs.active import Active, Rules
+from duocell.service.jobs.dispatcher import Dispatcher
+from duocell.service.jobs.event_log import LAST
+from duocell.service.jobs.job import CALLED_OFF, Job, JobEvent, JobStatus
+from duocell.service.jobs.job_store import JobFilter, JobStore, KeyTaken, LeaseLost, StoreUnavailable
+from duocell.service.jobs.store_threads import StoreThreads
+from duocell.service.jobs.store_watch import StoreWatch
+from duocell.service.requests.accept import Accepted
+from duocell.service.workers.executor import Executor
 
 CHORES_EVERY = 1.0
 """s between the times when events are stored and old jobs forgotten."""

@@ -6,9 +6,9 @@ import json
 from datetime import datetime
 from typing import Any
 
-from service.jobs.job import Job, JobStatus
-from service.requests.accept import Accepted
-from service.results.older_results import completed
+from duocell.service.jobs.job import Job, JobStatus
+from duocell.service.requests.accept import Accepted
+from duocell.service.results.older_results import completed
 
 
 def layout_text(job: Job) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
 
-from service.jobs.job_store import JobStore, StoreUnavailable
+from duocell.service.jobs.job_store import JobStore, StoreUnavailable
 
 T = TypeVar("T")
 

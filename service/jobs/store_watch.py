@@ -5,12 +5,12 @@ from __future__ import annotations
 import asyncio
 import logging
 
-from service.jobs.active import Active
-from service.jobs.dispatcher import Dispatcher
-from service.jobs.event_log import LAST, EventLog
-from service.jobs.job import Ending, Failure, Job, JobStatus
-from service.jobs.job_store import LeaseLost, StoreUnavailable
-from service.jobs.store_threads import StoreThreads
+from duocell.service.jobs.active import Active
+from duocell.service.jobs.dispatcher import Dispatcher
+from duocell.service.jobs.event_log import LAST, EventLog
+from duocell.service.jobs.job import Ending, Failure, Job, JobStatus
+from duocell.service.jobs.job_store import LeaseLost, StoreUnavailable
+from duocell.service.jobs.store_threads import StoreThreads
 
 log = logging.getLogger(__name__)
 

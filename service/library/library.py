@@ -13,14 +13,14 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
-from models.base.errors import InvalidInput, UnknownMesh
-from models.catalogue.links import LinkBody
-from models.geometry.shapes import ConvexHull
-from models.robot.robot import Robot
-from service.library.shelf import Shelf
-from service.library.shelves import Shelves, View
-from service.library.user_mesh import UserMesh, mesh_from_document
-from service.library.user_robot import UserRobot, from_document
+from duocell.models.base.errors import InvalidInput, UnknownMesh
+from duocell.models.catalogue.links import LinkBody
+from duocell.models.geometry.shapes import ConvexHull
+from duocell.models.robot.robot import Robot
+from duocell.service.library.shelf import Shelf
+from duocell.service.library.shelves import Shelves, View
+from duocell.service.library.user_mesh import UserMesh, mesh_from_document
+from duocell.service.library.user_robot import UserRobot, from_document
 
 log = logging.getLogger(__name__)
 

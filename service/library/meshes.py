@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from service.library.library import Library
-from service.library.user_mesh import UserMesh
+from duocell.service.library.library import Library
+from duocell.service.library.user_mesh import UserMesh
 
 
 def mesh_list(library: Library) -> list[dict[str, Any]]:

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from models.base.errors import InvalidInput
-from models.geometry.decomposition import Decomposition
-from models.geometry.shapes import ConvexHull
+from duocell.models.base.errors import InvalidInput
+from duocell.models.geometry.decomposition import Decomposition
+from duocell.models.geometry.shapes import ConvexHull
 
 MOST_BYTES = 100_000_000
 """Of all files together; a mesh takes some ten thousand. Beyond it those go that were not asked for longest."""
@@ -24,7 +24,7 @@ KEPT_SHARE = 0.75
 
 
 class PieceFiles:
-    """Decompositions in a folder (a `models.geometry.piece_cache.PieceCache`)."""
+    """Decompositions in a folder (a `duocell.models.geometry.piece_cache.PieceCache`)."""
 
     def __init__(self, folder: Path, most: int = MOST_BYTES) -> None:
         self._folder = folder

@@ -9,17 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.pose import quaternion_from_rotation
-from models.catalogue import catalogue
-from models.catalogue.links import LinkBody, link_bodies, provenance
-from models.kinematics.kinematics import flange_poses, reach
-from models.robot.robot import Robot
-from models.robot.robot_frames import RobotFrame
-from service.common.numbers import finite
-from service.library.library import Library
-from service.library.shelf import NAME
-from service.library.user_robot import UserRobot, chain_document
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import quaternion_from_rotation
+from duocell.models.catalogue import catalogue
+from duocell.models.catalogue.links import LinkBody, link_bodies, provenance
+from duocell.models.kinematics.kinematics import flange_poses, reach
+from duocell.models.robot.robot import Robot
+from duocell.models.robot.robot_frames import RobotFrame
+from duocell.service.common.numbers import finite
+from duocell.service.library.library import Library
+from duocell.service.library.shelf import NAME
+from duocell.service.library.user_robot import UserRobot, chain_document
 
 _loading = threading.Lock()
 _loaded: list[dict[str, Any]] = []
@@ -57,7 +57,7 @@ def robot_document(name: str, library: Library) -> dict[str, Any]:
     Raises:
         UnknownRobot: no such name.
     """
-    from models.kinematics.inverse import (  # loads engines the server can start without
+    from duocell.models.kinematics.inverse import (  # loads engines the server can start without
         posture_definitions,
         source_of_branches,
     )

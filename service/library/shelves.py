@@ -9,7 +9,7 @@ import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
-from service.library.shelf import Shelf
+from duocell.service.library.shelf import Shelf
 
 KEYS = ".keys"
 """Folder with the folders of the keys; no document is called like that."""

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.errors import InvalidInput
-from models.geometry.shapes import ConvexHull
+from duocell.models.base.arrays import Floats
+from duocell.models.base.errors import InvalidInput
+from duocell.models.geometry.shapes import ConvexHull
 
 FORMAT = 1
 """Of the documents; raised when their meaning changes."""

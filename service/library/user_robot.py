@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.catalogue.links import LinkBody
-from models.description.chain_choice import Alternative, ChainChoice
-from models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
-from models.robot.linear_limits import LinearLimits
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Floats
+from duocell.models.catalogue.links import LinkBody
+from duocell.models.description.chain_choice import Alternative, ChainChoice
+from duocell.models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
+from duocell.models.robot.linear_limits import LinearLimits
+from duocell.models.robot.robot import Robot
 
 FORMAT = 1
 """Of the documents; raised when their meaning changes."""

@@ -15,17 +15,18 @@ from typing import Any
 import structlog
 from opentelemetry import trace
 
-from service.observability.log_writer import LogWriter
-from service.settings import Logging
+from duocell.service.observability.log_writer import LogWriter
+from duocell.service.settings import Logging
 
-OURS = ("service", "optimizer", "models", "uvicorn")
-"""Loggers that the level is set for; of the other libraries only warnings count."""
+OURS = ("duocell", "service", "uvicorn")
+"""Loggers that the level is set for (`service`: the parent of `service.access`); of the other libraries only warnings
+count."""
 
 CHILDREN = ("uvicorn.error", "uvicorn.asgi")
 """Loggers that take the level of their parent."""
 
 NEVER = "uvicorn.access"
-"""What `service.http.middleware.observe` says already, and without the query strings."""
+"""What `duocell.service.http.middleware.observe` says already, and without the query strings."""
 
 
 def configure(settings: Logging | None = None) -> logging.Handler:

@@ -24,7 +24,7 @@ from prometheus_client.core import CounterMetricFamily, Metric
 from prometheus_client.exposition import CONTENT_TYPE_LATEST as MEDIA_TYPE
 from prometheus_client.registry import Collector
 
-from service.common.version import package_version
+from duocell.service.common.version import package_version
 
 __all__ = [
     "MEDIA_TYPE",

@@ -14,7 +14,7 @@ from fastapi.telemetry import TelemetryConfig
 from opentelemetry import trace
 from opentelemetry.trace import TracerProvider
 
-from service.common.routes import PROBES
+from duocell.service.common.routes import PROBES
 
 
 def config() -> TelemetryConfig:

@@ -7,17 +7,17 @@ import json
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
-from service.library.library import Library
-from service.requests.convert import cell_of, joints_of
-from service.schemas.evaluate import EvaluateRequest
-from service.schemas.request import Certificate, LayoutRequest
-from service.settings import Limits
-from service.validation import validate
-from service.validation.count_limits import check_amounts
-from service.validation.pieces import check_pieces
-from service.validation.range_limits import check_sizes
-from service.validation.strict_json import parse
-from service.validation.structure import check_structure
+from duocell.service.library.library import Library
+from duocell.service.requests.convert import cell_of, joints_of
+from duocell.service.schemas.evaluate import EvaluateRequest
+from duocell.service.schemas.request import Certificate, LayoutRequest
+from duocell.service.settings import Limits
+from duocell.service.validation import validate
+from duocell.service.validation.count_limits import check_amounts
+from duocell.service.validation.pieces import check_pieces
+from duocell.service.validation.range_limits import check_sizes
+from duocell.service.validation.strict_json import parse
+from duocell.service.validation.structure import check_structure
 
 Asked = TypeVar("Asked", bound=LayoutRequest)
 

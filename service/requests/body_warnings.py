@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from models.cell.cell import Cell
-from optimizer.results.layout import Layout, Outcome
-from service.common.issues import Issue
-from service.schemas.request import LayoutRequest
-from service.schemas.shapes import Obstacle, Solid
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.results.layout import Layout, Outcome
+from duocell.service.common.issues import Issue
+from duocell.service.schemas.request import LayoutRequest
+from duocell.service.schemas.shapes import Obstacle, Solid
 
 FAR = 20.0
 """m; robots reach a fifth of it, cells are seldom larger."""

@@ -6,18 +6,18 @@ from math import pi
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.cell.cell import Cell
-from optimizer.settings import CertificateSettings, Settings, ToleranceSettings
-from service.common.issues import Issues
-from service.library.library import Library
-from service.requests.convert_arm import arm_of
-from service.requests.convert_coupling import couplings_of
-from service.requests.convert_surroundings import surroundings_of
-from service.requests.convert_task import task_of, with_grasps
-from service.requests.shared_joints import check_shared_joints
-from service.schemas.evaluate import EvaluateRequest
-from service.schemas.request import Certificate, LayoutRequest
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.settings import CertificateSettings, Settings, ToleranceSettings
+from duocell.service.common.issues import Issues
+from duocell.service.library.library import Library
+from duocell.service.requests.convert_arm import arm_of
+from duocell.service.requests.convert_coupling import couplings_of
+from duocell.service.requests.convert_surroundings import surroundings_of
+from duocell.service.requests.convert_task import task_of, with_grasps
+from duocell.service.requests.shared_joints import check_shared_joints
+from duocell.service.schemas.evaluate import EvaluateRequest
+from duocell.service.schemas.request import Certificate, LayoutRequest
 
 
 def cell_of(request: LayoutRequest, library: Library | None = None) -> Cell:

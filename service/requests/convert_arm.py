@@ -6,24 +6,24 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
-from models.base.errors import UnknownRobot
-from models.base.pose import rotation_from_rpy
-from models.catalogue import catalogue
-from models.catalogue.dh import DhRow, robot_from_dh
-from models.catalogue.reference import mid_range
-from models.kinematics.nominal import posture_form
-from models.robot.arm import NARROWEST, BaseRegion, Interval, equal_weights, range_weights
-from models.robot.arm import Arm as ModelArm
-from models.robot.linear_limits import LinearLimits
-from models.robot.posture import ELBOW, SHOULDER, WRIST
-from models.robot.posture import Posture as ModelPosture
-from models.robot.robot import Robot
-from service.common.issues import Issues
-from service.requests.convert_linear_limits import linear_limits_of
-from service.requests.convert_pose import check_radians, pose_of
-from service.schemas.arm import Arm, Base, DhTable, Posture
-from service.validation.range_limits import as_list
+from duocell.models.base.arrays import Bools, Floats
+from duocell.models.base.errors import UnknownRobot
+from duocell.models.base.pose import rotation_from_rpy
+from duocell.models.catalogue import catalogue
+from duocell.models.catalogue.dh import DhRow, robot_from_dh
+from duocell.models.catalogue.reference import mid_range
+from duocell.models.kinematics.nominal import posture_form
+from duocell.models.robot.arm import NARROWEST, BaseRegion, Interval, equal_weights, range_weights
+from duocell.models.robot.arm import Arm as ModelArm
+from duocell.models.robot.linear_limits import LinearLimits
+from duocell.models.robot.posture import ELBOW, SHOULDER, WRIST
+from duocell.models.robot.posture import Posture as ModelPosture
+from duocell.models.robot.robot import Robot
+from duocell.service.common.issues import Issues
+from duocell.service.requests.convert_linear_limits import linear_limits_of
+from duocell.service.requests.convert_pose import check_radians, pose_of
+from duocell.service.schemas.arm import Arm, Base, DhTable, Posture
+from duocell.service.validation.range_limits import as_list
 
 SLACK = 1e-9
 """rad; a reference may differ from the limit it stands on in the last digit."""

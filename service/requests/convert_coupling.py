@@ -5,12 +5,12 @@ from __future__ import annotations
 from difflib import get_close_matches
 from math import inf
 
-from models.cell.coupling import Coupling as ModelCoupling
-from models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
-from service.common.issues import Issues, shortened
-from service.requests.convert_pose import check_radians
-from service.schemas import coupling as schema
-from service.schemas.coupling import Coupling
+from duocell.models.cell.coupling import Coupling as ModelCoupling
+from duocell.models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from duocell.service.common.issues import Issues, shortened
+from duocell.service.requests.convert_pose import check_radians
+from duocell.service.schemas import coupling as schema
+from duocell.service.schemas.coupling import Coupling
 
 
 def couplings_of(couplings: list[Coupling], names: list[str], issues: Issues) -> tuple[ModelCoupling, ...]:

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.robot.linear_limits import LinearLimits, row_fault, row_name, sums_between
-from models.robot.robot import Robot
-from service.common.issues import Issues
-from service.schemas.arm import LinearLimit
+from duocell.models.base.arrays import Floats
+from duocell.models.robot.linear_limits import LinearLimits, row_fault, row_name, sums_between
+from duocell.models.robot.robot import Robot
+from duocell.service.common.issues import Issues
+from duocell.service.schemas.arm import LinearLimit
 
 
 def linear_limits_of(

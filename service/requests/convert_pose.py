@@ -8,9 +8,9 @@ from math import radians
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models.base.arrays import Floats
-from models.base.errors import InvalidRotation
-from models.base.pose import (
+from duocell.models.base.arrays import Floats
+from duocell.models.base.errors import InvalidRotation
+from duocell.models.base.pose import (
     rotation_from_euler_zyz,
     rotation_from_matrix,
     rotation_from_oat,
@@ -18,9 +18,9 @@ from models.base.pose import (
     rotation_from_rpy,
     transform,
 )
-from models.robot.arm import TURN
-from service.common.issues import Issues
-from service.schemas.pose import EulerZyz, Matrix, Oat, Orientation, Pose, Quaternion, RollPitchYaw
+from duocell.models.robot.arm import TURN
+from duocell.service.common.issues import Issues
+from duocell.service.schemas.pose import EulerZyz, Matrix, Oat, Orientation, Pose, Quaternion, RollPitchYaw
 
 MOST = 2.0
 """Turns."""

@@ -7,16 +7,16 @@ from typing import Protocol
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.errors import InvalidInput
-from models.cell.floor import Footprint as ModelFootprint
-from models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Sphere
-from models.geometry.shapes import Shape as ModelShape
-from service.common.issues import Issues
-from service.requests.convert_pose import pose_of
-from service.schemas import shapes as schema
-from service.schemas.shapes import Obstacle, Shape, Solid
-from service.schemas.surroundings import Footprint, RectangularFootprint, RoundFootprint
+from duocell.models.base.arrays import Floats
+from duocell.models.base.errors import InvalidInput
+from duocell.models.cell.floor import Footprint as ModelFootprint
+from duocell.models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Sphere
+from duocell.models.geometry.shapes import Shape as ModelShape
+from duocell.service.common.issues import Issues
+from duocell.service.requests.convert_pose import pose_of
+from duocell.service.schemas import shapes as schema
+from duocell.service.schemas.shapes import Obstacle, Shape, Solid
+from duocell.service.schemas.surroundings import Footprint, RectangularFootprint, RoundFootprint
 
 
 class MeshSource(Protocol):

@@ -7,20 +7,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.cell.floor import Floor as ModelFloor
-from models.cell.surroundings import Clearances, Equipment, Surroundings
-from models.cell.surroundings import Part as ModelPart
-from models.cell.surroundings import Pedestal as ModelPedestal
-from models.geometry.shapes import Body
-from models.robot.robot import Robot
-from service.common.issues import Issues
-from service.library.library import Library
-from service.requests.convert_shapes import NO_MESHES, MeshSource, footprint_of, obstacles_of, solids_of
-from service.schemas.arm import FLOOR_MOUNT, Arm
-from service.schemas.request import LayoutRequest
-from service.schemas.surroundings import Clearance, Floor, Part, Pedestal
-from service.validation.range_limits import as_list
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.floor import Floor as ModelFloor
+from duocell.models.cell.surroundings import Clearances, Equipment, Surroundings
+from duocell.models.cell.surroundings import Part as ModelPart
+from duocell.models.cell.surroundings import Pedestal as ModelPedestal
+from duocell.models.geometry.shapes import Body
+from duocell.models.robot.robot import Robot
+from duocell.service.common.issues import Issues
+from duocell.service.library.library import Library
+from duocell.service.requests.convert_shapes import NO_MESHES, MeshSource, footprint_of, obstacles_of, solids_of
+from duocell.service.schemas.arm import FLOOR_MOUNT, Arm
+from duocell.service.schemas.request import LayoutRequest
+from duocell.service.schemas.surroundings import Clearance, Floor, Part, Pedestal
+from duocell.service.validation.range_limits import as_list
 
 SAME_HEIGHT = 1e-3
 """m by which a pedestal and its base may differ in height: people round to millimetres."""

@@ -7,14 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.cell.family import Job, family
-from models.cell.task import Task as ModelTask
-from models.cell.task import arc_about_normal, arc_through_center, line, task_from_poses
-from models.robot.arm import Arm
-from service.common.issues import Issues, pointer_of, shortened
-from service.requests.convert_pose import pose_of, poses_of
-from service.schemas.request import LayoutRequest
-from service.schemas.task import ArcByCenter, ArcByRadius, LineTask, PosesTask, Task
+from duocell.models.cell.family import Job, family
+from duocell.models.cell.task import Task as ModelTask
+from duocell.models.cell.task import arc_about_normal, arc_through_center, line, task_from_poses
+from duocell.models.robot.arm import Arm
+from duocell.service.common.issues import Issues, pointer_of, shortened
+from duocell.service.requests.convert_pose import pose_of, poses_of
+from duocell.service.schemas.request import LayoutRequest
+from duocell.service.schemas.task import ArcByCenter, ArcByRadius, LineTask, PosesTask, Task
 
 
 def task_of(request: LayoutRequest, issues: Issues) -> ModelTask | None:

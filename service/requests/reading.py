@@ -6,13 +6,13 @@ import signal
 from collections.abc import Callable
 from typing import NamedTuple
 
-from service.common.issues import InvalidRequest, Issue
-from service.common.priority import READING, give_way
-from service.library.library import Library
-from service.library.shelves import View
-from service.requests.accept import Accepted, accept, accept_evaluation
-from service.settings import Limits
-from service.validation.strict_json import NotJson
+from duocell.service.common.issues import InvalidRequest, Issue
+from duocell.service.common.priority import READING, give_way
+from duocell.service.library.library import Library
+from duocell.service.library.shelves import View
+from duocell.service.requests.accept import Accepted, accept, accept_evaluation
+from duocell.service.settings import Limits
+from duocell.service.validation.strict_json import NotJson
 
 
 class Read(NamedTuple):

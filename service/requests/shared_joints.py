@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import combinations
 
-from models.robot.arm import Arm
-from service.common.issues import Issues
+from duocell.models.robot.arm import Arm
+from duocell.service.common.issues import Issues
 
 
 def check_shared_joints(arms: Sequence[Arm | None], issues: Issues) -> None:

@@ -7,19 +7,19 @@ from math import degrees, radians
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.cell.cell import Cell
-from models.kinematics.branches import path_signs
-from models.kinematics.closed_form import closed_form
-from models.robot.arm import Arm as ModelArm
-from optimizer.nlp.program import ArmPoint
-from optimizer.results.layout import Layout
-from optimizer.verification.way import follow_way
-from optimizer.verification.words import between
-from service.common.issues import MOST_SHOWN, Issue
-from service.requests.body_warnings import FAR, body_warnings, region_warnings
-from service.schemas.request import LayoutRequest
-from service.validation.range_limits import angles_of, lengths_of
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
+from duocell.models.kinematics.branches import path_signs
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.robot.arm import Arm as ModelArm
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.results.layout import Layout
+from duocell.optimizer.verification.way import follow_way
+from duocell.optimizer.verification.words import between
+from duocell.service.common.issues import MOST_SHOWN, Issue
+from duocell.service.requests.body_warnings import FAR, body_warnings, region_warnings
+from duocell.service.schemas.request import LayoutRequest
+from duocell.service.validation.range_limits import angles_of, lengths_of
 
 WHOLE = 10.0
 """rad; a whole number beyond it is rather one of degrees."""

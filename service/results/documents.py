@@ -6,11 +6,11 @@ from collections.abc import Iterable, Sequence
 from math import cos, sin
 from typing import Any
 
-from models.base.arrays import Floats
-from models.base.pose import quaternion_from_rotation, rotation_z, transform
-from optimizer.monitoring.events import Incumbent
-from optimizer.results.findings import Alternative
-from optimizer.results.layout import (
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import quaternion_from_rotation, rotation_z, transform
+from duocell.optimizer.monitoring.events import Incumbent
+from duocell.optimizer.results.findings import Alternative
+from duocell.optimizer.results.layout import (
     ArmCertificate,
     Baseline,
     BaselineArm,
@@ -22,10 +22,10 @@ from optimizer.results.layout import (
     Reason,
     Verification,
 )
-from service.common.issues import Issue
-from service.common.numbers import finite
-from service.common.version import package_version
-from service.results.documents_findings import clearances_document, explanation_document, tolerance_document
+from duocell.service.common.issues import Issue
+from duocell.service.common.numbers import finite
+from duocell.service.common.version import package_version
+from duocell.service.results.documents_findings import clearances_document, explanation_document, tolerance_document
 
 
 def result_document(layout: Layout, request_hash: str, warnings: Sequence[Issue] = ()) -> dict[str, Any]:

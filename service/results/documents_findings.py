@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from models.cell.surroundings import PairClass
-from optimizer.results.findings import Clearance, Explanation, Tolerance
-from service.common.numbers import finite
+from duocell.models.cell.surroundings import PairClass
+from duocell.optimizer.results.findings import Clearance, Explanation, Tolerance
+from duocell.service.common.numbers import finite
 
 
 def clearances_document(clearances: Iterable[Clearance]) -> dict[str, Any]:

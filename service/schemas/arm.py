@@ -7,10 +7,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from service.schemas.base import MOST_JOINTS, TAG, Interval, Label, PerJoint, Strict, Weight
-from service.schemas.pose import IDENTITY, Pose
-from service.schemas.shapes import CAPSULE, Solid
-from service.schemas.surroundings import Footprint, Pedestal
+from duocell.service.schemas.base import MOST_JOINTS, TAG, Interval, Label, PerJoint, Strict, Weight
+from duocell.service.schemas.pose import IDENTITY, Pose
+from duocell.service.schemas.shapes import CAPSULE, Solid
+from duocell.service.schemas.surroundings import Footprint, Pedestal
 
 
 def _number_or_interval(value: Any) -> str:

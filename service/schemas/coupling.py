@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, Tag
 
-from service.schemas.base import Label, NotNegative, Strict, Vector2, tagged_by_type
+from duocell.service.schemas.base import Label, NotNegative, Strict, Vector2, tagged_by_type
 
 _TWO = [["main", "follower"]]
 _ANGLE = "rad from the world's x axis, counter-clockwise seen from above."

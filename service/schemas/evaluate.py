@@ -6,10 +6,10 @@ from typing import Annotated, Any
 
 from pydantic import ConfigDict, Field
 
-from service.schemas.arm import Arm, Base
-from service.schemas.base import FIRST_WRONG, Answer, PerJoint
-from service.schemas.request import EXAMPLE, LayoutRequest
-from service.schemas.result import LayoutResult
+from duocell.service.schemas.arm import Arm, Base
+from duocell.service.schemas.base import FIRST_WRONG, Answer, PerJoint
+from duocell.service.schemas.request import EXAMPLE, LayoutRequest
+from duocell.service.schemas.result import LayoutResult
 
 _BASES = (
     {"x": 0.1618, "y": 0.9457, "z": 0.0, "yaw": -0.8766},

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from service.schemas.base import Answer
+from duocell.service.schemas.base import Answer
 
 _ASKED = "null if not looked at."
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from service.schemas.base import Answer, Vector3
+from duocell.service.schemas.base import Answer, Vector3
 
 _ID = "9f86d081884c7d659a2feaa0c55ad015"
 

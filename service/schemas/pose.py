@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field, Tag
 
-from service.schemas.base import Matrix3, Strict, Vector3, Vector4, exactly_one_of
+from duocell.service.schemas.base import Matrix3, Strict, Vector3, Vector4, exactly_one_of
 
 
 class Quaternion(Strict):

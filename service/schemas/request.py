@@ -7,12 +7,12 @@ from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field, Tag
 
-from service.schemas.arm import Arm
-from service.schemas.base import FIRST_WRONG, TAG, Choice, Label, NotNegative, Strict
-from service.schemas.coupling import Coupling
-from service.schemas.shapes import BOX, Obstacle
-from service.schemas.surroundings import Clearance, Floor, Part
-from service.schemas.task import JOBS, LINE, FamilyJob, Task
+from duocell.service.schemas.arm import Arm
+from duocell.service.schemas.base import FIRST_WRONG, TAG, Choice, Label, NotNegative, Strict
+from duocell.service.schemas.coupling import Coupling
+from duocell.service.schemas.shapes import BOX, Obstacle
+from duocell.service.schemas.surroundings import Clearance, Floor, Part
+from duocell.service.schemas.task import JOBS, LINE, FamilyJob, Task
 
 PI_AS_PRINTED = 3.1416
 """Largest accepted max_joint_step: π, rounded up as people write it."""

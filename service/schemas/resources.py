@@ -6,9 +6,9 @@ from typing import Any, Literal
 
 from pydantic import ConfigDict, Field
 
-from service.schemas.base import Answer
-from service.schemas.request import LayoutRequest
-from service.schemas.result import LayoutResult
+from duocell.service.schemas.base import Answer
+from duocell.service.schemas.request import LayoutRequest
+from duocell.service.schemas.result import LayoutResult
 
 Status = Literal["queued", "running", "succeeded", "failed", "cancelled"]
 _ID = "5f0c9a7d8e3b4c21a6f7d0e9b8c7a6f5"

@@ -6,9 +6,9 @@ from typing import Literal
 
 from pydantic import Field
 
-from service.schemas.base import Answer
-from service.schemas.findings import Clearances, ExplanationResult, ToleranceResult
-from service.schemas.pose import Pose
+from duocell.service.schemas.base import Answer
+from duocell.service.schemas.findings import Clearances, ExplanationResult, ToleranceResult
+from duocell.service.schemas.pose import Pose
 
 
 class BasePlacement(Answer):

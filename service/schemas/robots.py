@@ -6,9 +6,9 @@ from typing import Literal
 
 from pydantic import Field
 
-from service.schemas.base import Answer
-from service.schemas.pose import Pose
-from service.schemas.resources import ProblemDocument
+from duocell.service.schemas.base import Answer
+from duocell.service.schemas.pose import Pose
+from duocell.service.schemas.resources import ProblemDocument
 
 
 class RobotSummary(Answer):

@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, Tag
 
-from service.schemas.base import Label, Positive, PositiveVector3, Strict, tagged_by_type
-from service.schemas.pose import IDENTITY, Pose
+from duocell.service.schemas.base import Label, Positive, PositiveVector3, Strict, tagged_by_type
+from duocell.service.schemas.pose import IDENTITY, Pose
 
 _POSE = {"position": [0.9, 0.5, 0.35], "orientation": {"quaternion": [0.0, 0.0, 0.0, 1.0]}}
 BOX = {"type": "box", "size": [1.2, 0.08, 0.08]}

@@ -6,8 +6,8 @@ from typing import Annotated
 
 from pydantic import Field, Tag
 
-from service.schemas.base import NotNegative, Polygon, Positive, PositiveVector2, Strict, exactly_one_of
-from service.schemas.shapes import BOX, Solid
+from duocell.service.schemas.base import NotNegative, Polygon, Positive, PositiveVector2, Strict, exactly_one_of
+from duocell.service.schemas.shapes import BOX, Solid
 
 _SOLIDS = [{"shape": BOX}]
 _ROOM = [[-2.0, -2.0], [3.0, -2.0], [3.0, 2.0], [-2.0, 2.0]]

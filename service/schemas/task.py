@@ -6,8 +6,8 @@ from typing import Annotated, Any
 
 from pydantic import Field, Tag
 
-from service.schemas.base import FIRST_WRONG, Label, Strict, Vector3, Weight, exactly_one_of
-from service.schemas.pose import Pose
+from duocell.service.schemas.base import FIRST_WRONG, Label, Strict, Vector3, Weight, exactly_one_of
+from duocell.service.schemas.pose import Pose
 
 LINE_START = {"position": [0.73, 0.35, 0.1], "orientation": {"rpy": [0.0, 0.0, -0.785398]}}
 LINE_END = {"position": [1.09, 0.7, 0.1], "orientation": {"rpy": [0.0, 0.0, -0.785398]}}

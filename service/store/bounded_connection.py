@@ -9,7 +9,7 @@ from psycopg.abc import PQGen
 from psycopg.errors import _WaitTimeout
 from sqlalchemy import Engine, event
 
-from service.jobs.job_store import NoAnswer
+from duocell.service.jobs.job_store import NoAnswer
 
 ANSWER_WITHIN = 4.0
 """s for the answer to a statement, of our own clock: a server that is stopped ends nothing by itself."""

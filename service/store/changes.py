@@ -1,7 +1,7 @@
 """The statements that change jobs. Each is built once: a job takes few milliseconds, and building costs as many.
 
 All are conditional on the state they start from and, where a job runs, on the owner of that run, so that a change that
-comes too late or from the wrong server changes nothing. They come after `service.store.lease.StoreLease.fence`.
+comes too late or from the wrong server changes nothing. They come after `duocell.service.store.lease.StoreLease.fence`.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from typing import Any
 from sqlalchemy import BindParameter, Connection, Table, bindparam, delete, insert, inspect, select, update
 from sqlalchemy.dialects import postgresql, sqlite
 
-from service.jobs.job import Ending, Job, JobEvent, JobStatus
-from service.store.rows import head_of, values_of, whole_of
-from service.store.tables import EventRow, JobRow
+from duocell.service.jobs.job import Ending, Job, JobEvent, JobStatus
+from duocell.service.store.rows import head_of, values_of, whole_of
+from duocell.service.store.tables import EventRow, JobRow
 
 QUEUED, RUNNING = JobStatus.QUEUED.value, JobStatus.RUNNING.value
 ACTIVE = (QUEUED, RUNNING)

@@ -9,7 +9,7 @@ from typing import Any
 from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
 from sqlalchemy.exc import ArgumentError, NoSuchModuleError
 
-from service.jobs.job_store import StoreUnavailable
+from duocell.service.jobs.job_store import StoreUnavailable
 
 FILE = "duocell.sqlite3"
 BUSY_TIMEOUT = 2_000
@@ -64,7 +64,7 @@ def make_engine(url: str, *, patient: bool = False) -> Engine:
             return _sqlite(url)
         engine = create_engine(url, pool_pre_ping=True, connect_args={"connect_timeout": CONNECT_TIMEOUT})
         if not patient:
-            from service.store.bounded_connection import bound
+            from duocell.service.store.bounded_connection import bound
 
             bound(engine)
         return engine

@@ -15,9 +15,9 @@ from collections.abc import Callable
 
 from sqlalchemy import BindParameter, Connection, bindparam, select, update
 
-from service.jobs.job_store import OTHER, LeaseLost
-from service.store.session_lock import SessionLock
-from service.store.tables import LeaseRow
+from duocell.service.jobs.job_store import OTHER, LeaseLost
+from duocell.service.store.session_lock import SessionLock
+from duocell.service.store.tables import LeaseRow
 
 EXPIRES = 10.0
 """s without a beat after which a lease may be taken from an owner that still has its session."""

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 from sqlalchemy import Connection, Engine, inspect, text
 
-from service.jobs.job_store import StoreUnavailable
-from service.store.engine import IMMEDIATE
-from service.store.session_lock import SERVERS
+from duocell.service.jobs.job_store import StoreUnavailable
+from duocell.service.store.engine import IMMEDIATE
+from duocell.service.store.session_lock import SERVERS
 
 if TYPE_CHECKING:
     from alembic.config import Config
@@ -61,7 +61,7 @@ def configuration(connection: object = None) -> Config:
     from alembic.config import Config
 
     config = Config()
-    config.set_main_option("script_location", "service.store:migrations")
+    config.set_main_option("script_location", "duocell.service.store:migrations")
     config.attributes["connection"] = connection
     return config
 

@@ -6,8 +6,8 @@ from typing import Any
 
 from sqlalchemy import Row
 
-from service.jobs.job import Failure, Job, JobStatus
-from service.store.tables import JobRow
+from duocell.service.jobs.job import Failure, Job, JobStatus
+from duocell.service.store.tables import JobRow
 
 
 def values_of(job: Job, key: str | None, body_hash: str) -> dict[str, Any]:

@@ -13,16 +13,16 @@ from sqlalchemy import Connection, func, select
 from sqlalchemy.exc import DBAPIError, IntegrityError, SQLAlchemyError
 from sqlalchemy.orm import Session, undefer
 
-from service.jobs.job import CALLED_OFF, Ending, Job, JobEvent
-from service.jobs.job_store import JobFilter, Keyed, KeyTaken, NoAnswer, StoreUnavailable
-from service.store import changes
-from service.store.engine import IMMEDIATE, database_file, make_engine
-from service.store.lease import StoreLease
-from service.store.migrate import check_revision, upgrade
-from service.store.rows import head_of, whole_of
-from service.store.session_lock import AdvisoryLock, FileLock
-from service.store.sqlite_file import SqliteFile, is_damage
-from service.store.tables import EventRow, JobRow
+from duocell.service.jobs.job import CALLED_OFF, Ending, Job, JobEvent
+from duocell.service.jobs.job_store import JobFilter, Keyed, KeyTaken, NoAnswer, StoreUnavailable
+from duocell.service.store import changes
+from duocell.service.store.engine import IMMEDIATE, database_file, make_engine
+from duocell.service.store.lease import StoreLease
+from duocell.service.store.migrate import check_revision, upgrade
+from duocell.service.store.rows import head_of, whole_of
+from duocell.service.store.session_lock import AdvisoryLock, FileLock
+from duocell.service.store.sqlite_file import SqliteFile, is_damage
+from duocell.service.store.tables import EventRow, JobRow
 
 log = logging.getLogger(__name__)
 
@@ -32,7 +32,7 @@ TURN_WITHIN = 5.0
 
 
 class SqlJobStore:
-    """See `service.jobs.job_store.JobStore`.
+    """See `duocell.service.jobs.job_store.JobStore`.
 
     Threads take turns at writing: SQLite has one writer at a time anyway, and lets those that wait sleep longer than
     they have to.

@@ -10,7 +10,7 @@ from sqlalchemy.engine import Dialect
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 from sqlalchemy.types import TypeDecorator
 
-from service.jobs.job import JobStatus
+from duocell.service.jobs.job import JobStatus
 
 STATES = ", ".join(f"'{status.value}'" for status in JobStatus)
 
@@ -38,7 +38,7 @@ class Base(DeclarativeBase):
 
 
 class JobRow(Base):
-    """A job; see `service.jobs.job.Job`. The long texts come last: SQLite reads a row from its beginning."""
+    """A job; see `duocell.service.jobs.job.Job`. The long texts come last: SQLite reads a row from its beginning."""
 
     __tablename__ = "jobs"
     __table_args__ = (
@@ -80,7 +80,7 @@ class JobRow(Base):
 
 
 class EventRow(Base):
-    """An event of a job; see `service.jobs.job.JobEvent`."""
+    """An event of a job; see `duocell.service.jobs.job.JobEvent`."""
 
     __tablename__ = "events"
     __table_args__ = ({"sqlite_with_rowid": False},)
@@ -92,7 +92,7 @@ class EventRow(Base):
 
 
 class LeaseRow(Base):
-    """One row: who owns the store; see `service.store.lease`.
+    """One row: who owns the store; see `duocell.service.store.lease`.
 
     Attributes:
         owner: its token, None if nobody does. session: number of the session lock that it holds in PostgreSQL.

@@ -11,9 +11,9 @@ from fastapi import Request
 from starlette.datastructures import FormData, UploadFile
 from starlette.formparsers import MultiPartException, MultiPartParser
 
-from service.common.issues import InvalidRequest, Issue, Issues, pointer_of, shortened
-from service.common.problems import Problem
-from service.http.arriving import arriving
+from duocell.service.common.issues import InvalidRequest, Issue, Issues, pointer_of, shortened
+from duocell.service.common.problems import Problem
+from duocell.service.http.arriving import arriving
 
 MOST_TEXT = 4_000_000
 """bytes of a part that is no file; a URDF may come as one."""

@@ -14,11 +14,11 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from service.common import problems
-from service.common.issues import InvalidRequest
-from service.common.problems import Problem
-from service.http.error_handlers import as_problem
-from service.workers.executor import Report
+from duocell.service.common import problems
+from duocell.service.common.issues import InvalidRequest
+from duocell.service.common.problems import Problem
+from duocell.service.http.error_handlers import as_problem
+from duocell.service.workers.executor import Report
 
 log = logging.getLogger(__name__)
 

@@ -12,9 +12,9 @@ from difflib import get_close_matches
 from lzma import LZMAError
 from pathlib import PurePosixPath
 
-from models.base.errors import InvalidInput
-from models.description.urdf_meshes import best_matches
-from service.settings import Limits
+from duocell.models.base.errors import InvalidInput
+from duocell.models.description.urdf_meshes import best_matches
+from duocell.service.settings import Limits
 
 SMALL = 1_000_000
 """bytes; what unpacks to less may be packed as tightly as it likes."""
@@ -31,7 +31,7 @@ _SHOWN = 10
 
 
 class MeshArchive:
-    """Meshes by the ``filename`` of a URDF (a `models.description.urdf_bodies.MeshSource`).
+    """Meshes by the ``filename`` of a URDF (a `duocell.models.description.urdf_bodies.MeshSource`).
 
     Args:
         data: contents of the zip, or None if none was sent.

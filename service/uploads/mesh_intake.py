@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-from models.base.errors import InvalidInput
-from models.geometry.decomposition import decompose
-from models.geometry.meshes import Mesh, read_triangles
-from models.geometry.piece_cache import PieceCache, PiecesInMemory, key_of
-from service.common.issues import InvalidRequest, Issue
-from service.library.piece_files import PieceFiles
-from service.library.user_mesh import UserMesh
+from duocell.models.base.errors import InvalidInput
+from duocell.models.geometry.decomposition import decompose
+from duocell.models.geometry.meshes import Mesh, read_triangles
+from duocell.models.geometry.piece_cache import PieceCache, PiecesInMemory, key_of
+from duocell.service.common.issues import InvalidRequest, Issue
+from duocell.service.library.piece_files import PieceFiles
+from duocell.service.library.user_mesh import UserMesh
 
 MOST_PIECES = 32
 """Hulls of a mesh; what it costs to keep clear of it grows with them."""

@@ -9,23 +9,23 @@ from pathlib import Path
 from typing import Any, ClassVar
 from xml.etree import ElementTree
 
-from models.base.errors import InvalidInput
-from models.catalogue.links import LinkBody
-from models.description.chain_choice import ChainChoice, choose_chain
-from models.description.link_tree import LinkTree
-from models.description.urdf import robot_of_chain
-from models.description.urdf_bodies import IN_MEMORY, MeshWork, MissingMeshes, mesh_names, urdf_link_bodies
-from models.description.urdf_file import build_model, parse_document
-from models.robot.robot import Robot
-from optimizer.monitoring.events import Event
-from optimizer.monitoring.watch import tell
-from service.common.issues import InvalidRequest, Issues, shortened
-from service.library.piece_files import PieceFiles
-from service.library.user_robot import UserRobot
-from service.requests.convert_linear_limits import linear_limits_of
-from service.schemas.arm import LinearLimit
-from service.settings import Limits
-from service.uploads.mesh_archive import MeshArchive
+from duocell.models.base.errors import InvalidInput
+from duocell.models.catalogue.links import LinkBody
+from duocell.models.description.chain_choice import ChainChoice, choose_chain
+from duocell.models.description.link_tree import LinkTree
+from duocell.models.description.urdf import robot_of_chain
+from duocell.models.description.urdf_bodies import IN_MEMORY, MeshWork, MissingMeshes, mesh_names, urdf_link_bodies
+from duocell.models.description.urdf_file import build_model, parse_document
+from duocell.models.robot.robot import Robot
+from duocell.optimizer.monitoring.events import Event
+from duocell.optimizer.monitoring.watch import tell
+from duocell.service.common.issues import InvalidRequest, Issues, shortened
+from duocell.service.library.piece_files import PieceFiles
+from duocell.service.library.user_robot import UserRobot
+from duocell.service.requests.convert_linear_limits import linear_limits_of
+from duocell.service.schemas.arm import LinearLimit
+from duocell.service.settings import Limits
+from duocell.service.uploads.mesh_archive import MeshArchive
 
 _FIELDS = ("/base_link", "/tip")
 
@@ -42,7 +42,7 @@ class RobotFiles:
         meshes: contents of the zip, or None.
         linear_limits: limits between the joints.
         missing_meshes: "estimate": the shape of links whose mesh is missing or unreadable is estimated.
-        base_link: see `models.description.urdf.robot_from_urdf`. tip: likewise.
+        base_link: see `duocell.models.description.urdf.robot_from_urdf`. tip: likewise.
     """
 
     name: str
@@ -84,7 +84,7 @@ def robot_from_files(files: RobotFiles, limits: Limits, work: MeshWork = IN_MEMO
     """The robot in a user's files.
 
     Args:
-        files: see there. limits: how large they may be. work: see `models.description.urdf_bodies.MeshWork`.
+        files: see there. limits: how large they may be. work: see `duocell.models.description.urdf_bodies.MeshWork`.
 
     Raises:
         InvalidRequest: with everything that is wrong with them; the pointers name parts of the form.
@@ -141,7 +141,7 @@ def describe(files: RobotFiles) -> Described:
     """The kinematics in a user's files.
 
     Raises:
-        InvalidRobot: see `models.description.urdf.robot_from_urdf`.
+        InvalidRobot: see `duocell.models.description.urdf.robot_from_urdf`.
     """
     document = parse_document(files.urdf, files.file)
     chain = choose_chain(LinkTree.of(document), files.base_link, files.tip)
@@ -160,10 +160,10 @@ def complete(
         described: see `describe`.
         files: what it was made from.
         contents: of the meshes of `mesh_names` that are there.
-        work: see `models.description.urdf_bodies.MeshWork`.
+        work: see `duocell.models.description.urdf_bodies.MeshWork`.
 
     Raises:
-        InvalidRobot: see `models.description.urdf_bodies.urdf_link_bodies`.
+        InvalidRobot: see `duocell.models.description.urdf_bodies.urdf_link_bodies`.
     """
     robot = described.robot
 

@@ -13,24 +13,24 @@ from typing import Any
 from fastapi import Request
 from fastapi.concurrency import run_in_threadpool
 
-from models.catalogue import catalogue
-from service.common.issues import InvalidRequest, Issue, shortened
-from service.common.problems import Problem
-from service.jobs.resources import timestamp
-from service.library.library import Library
-from service.library.shelf import NAME, Shelf
-from service.library.user_mesh import UserMesh, mesh_document
-from service.library.user_robot import as_document
-from service.schemas.arm import LinearLimit, LinearLimitRows
-from service.settings import Limits, Settings
-from service.uploads.form import Form, read_form
-from service.uploads.imports import Import, Imports
-from service.uploads.mesh_intake import mesh_from_file
-from service.uploads.robot_intake import RobotFiles, robot_from_upload
-from service.validation import validate
-from service.validation.strict_json import NotJson, parse
-from service.workers.executor import Report
-from service.workers.import_worker import ImportWorker
+from duocell.models.catalogue import catalogue
+from duocell.service.common.issues import InvalidRequest, Issue, shortened
+from duocell.service.common.problems import Problem
+from duocell.service.jobs.resources import timestamp
+from duocell.service.library.library import Library
+from duocell.service.library.shelf import NAME, Shelf
+from duocell.service.library.user_mesh import UserMesh, mesh_document
+from duocell.service.library.user_robot import as_document
+from duocell.service.schemas.arm import LinearLimit, LinearLimitRows
+from duocell.service.settings import Limits, Settings
+from duocell.service.uploads.form import Form, read_form
+from duocell.service.uploads.imports import Import, Imports
+from duocell.service.uploads.mesh_intake import mesh_from_file
+from duocell.service.uploads.robot_intake import RobotFiles, robot_from_upload
+from duocell.service.validation import validate
+from duocell.service.validation.strict_json import NotJson, parse
+from duocell.service.workers.executor import Report
+from duocell.service.workers.import_worker import ImportWorker
 
 log = logging.getLogger(__name__)
 

@@ -9,16 +9,16 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from models.base.errors import InvalidInput, InvalidRobot
-from models.description.chain_choice import ChainChoice
-from models.description.urdf_bodies import MeshWork, MissingMeshes, mesh_names
-from models.description.urdf_meshes import meshes_near
-from models.geometry.piece_cache import PieceCache
-from models.robot.robot import Robot
-from service.library.piece_files import PieceFiles
-from service.library.shelf import Shelf
-from service.library.user_robot import FORMAT, UserRobot, as_document, from_document
-from service.uploads.robot_intake import ESTIMATE, Described, RobotFiles, complete, describe, version_of
+from duocell.models.base.errors import InvalidInput, InvalidRobot
+from duocell.models.description.chain_choice import ChainChoice
+from duocell.models.description.urdf_bodies import MeshWork, MissingMeshes, mesh_names
+from duocell.models.description.urdf_meshes import meshes_near
+from duocell.models.geometry.piece_cache import PieceCache
+from duocell.models.robot.robot import Robot
+from duocell.service.library.piece_files import PieceFiles
+from duocell.service.library.shelf import Shelf
+from duocell.service.library.user_robot import FORMAT, UserRobot, as_document, from_document
+from duocell.service.uploads.robot_intake import ESTIMATE, Described, RobotFiles, complete, describe, version_of
 
 CACHE = 2
 """Of what is kept; raised when meshes are taken apart another way."""
@@ -33,15 +33,15 @@ def robot_on_disk(
     missing_meshes: MissingMeshes = "refuse",
     progress: Callable[[str, int, int], None] = lambda link, done, total: None,
 ) -> UserRobot:
-    """A robot from a file, as `service.uploads.robot_intake.robot_from_files` makes it from an upload.
+    """A robot from a file, as `duocell.service.uploads.robot_intake.robot_from_files` makes it from an upload.
 
     Args:
         name: that it is to have.
         path: of the URDF file.
-        base_link: see `models.description.urdf.robot_from_urdf`. tip: likewise.
+        base_link: see `duocell.models.description.urdf.robot_from_urdf`. tip: likewise.
         warn: told what shapes are estimated for want of a mesh, and what other arm could be meant.
         missing_meshes: "estimate": the shape of links whose mesh is missing or unreadable is estimated.
-        progress: see `models.description.urdf_bodies.MeshWork`.
+        progress: see `duocell.models.description.urdf_bodies.MeshWork`.
 
     Raises:
         InvalidRobot: unreadable, no robot, or meshes that are missing or cannot be used.

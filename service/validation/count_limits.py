@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from service.common.issues import Issues, pointer_of
-from service.settings import Limits
+from duocell.service.common.issues import Issues, pointer_of
+from duocell.service.settings import Limits
 
 CODE = "too-large"
 

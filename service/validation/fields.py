@@ -11,8 +11,8 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from service.common.issues import MOST_OF_A_NAME, MOST_SHOWN, InvalidRequest, Issue, pointer_of, shortened
-from service.schemas.base import TAG
+from duocell.service.common.issues import MOST_OF_A_NAME, MOST_SHOWN, InvalidRequest, Issue, pointer_of, shortened
+from duocell.service.schemas.base import TAG
 
 Model = TypeVar("Model", bound=BaseModel)
 

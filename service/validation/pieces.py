@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Protocol
 
-from service.common.issues import InvalidRequest, Issue
-from service.schemas.request import LayoutRequest
-from service.schemas.shapes import Mesh, Shape
-from service.settings import Limits
-from service.validation.count_limits import CODE
+from duocell.service.common.issues import InvalidRequest, Issue
+from duocell.service.schemas.request import LayoutRequest
+from duocell.service.schemas.shapes import Mesh, Shape
+from duocell.service.settings import Limits
+from duocell.service.validation.count_limits import CODE
 
 
 class MeshCounts(Protocol):

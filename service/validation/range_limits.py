@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import radians, tau
 
-from service.common.issues import InvalidRequest, Issue, pointer_of
-from service.schemas.arm import Arm, DhTable
-from service.schemas.coupling import Direction, Distance, Mirror, Rail
-from service.schemas.evaluate import PlacedArm
-from service.schemas.request import Certificate, LayoutRequest
-from service.schemas.task import ArcByCenter, ArcByRadius, ArcTask, PosesTask, Task
-from service.settings import Limits
-from service.validation.count_limits import CODE
+from duocell.service.common.issues import InvalidRequest, Issue, pointer_of
+from duocell.service.schemas.arm import Arm, DhTable
+from duocell.service.schemas.coupling import Direction, Distance, Mirror, Rail
+from duocell.service.schemas.evaluate import PlacedArm
+from duocell.service.schemas.request import Certificate, LayoutRequest
+from duocell.service.schemas.task import ArcByCenter, ArcByRadius, ArcTask, PosesTask, Task
+from duocell.service.settings import Limits
+from duocell.service.validation.count_limits import CODE
 
 MOST_KEPT = 5.0
 """m; nobody asks for a larger clearance, margin or grasp zone: it is in millimetres."""

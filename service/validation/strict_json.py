@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any, NoReturn
 
-from service.common.issues import shortened
+from duocell.service.common.issues import shortened
 
 MOST_FIELDS = 1000
 """Of one object. No object of the contract has a tenth of it; what is made of them all is bounded by it."""

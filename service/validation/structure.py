@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from service.common.issues import InvalidRequest, Issue
-from service.settings import Limits
-from service.validation.count_limits import CODE
+from duocell.service.common.issues import InvalidRequest, Issue
+from duocell.service.settings import Limits
+from duocell.service.validation.count_limits import CODE
 
 SPARE = 1000
 """Of each, for what is there once."""

@@ -12,13 +12,13 @@ import signal
 
 from fastapi.concurrency import run_in_threadpool
 
-from service.common.problems import Problem
-from service.library.shelves import View
-from service.requests.accept import Accepted
-from service.requests.reading import Read, Reader, read_evaluation, read_layout, read_within
-from service.settings import Limits, Settings
-from service.workers.executor import WorkerDied
-from service.workers.worker_process import WorkerProcess
+from duocell.service.common.problems import Problem
+from duocell.service.library.shelves import View
+from duocell.service.requests.accept import Accepted
+from duocell.service.requests.reading import Read, Reader, read_evaluation, read_layout, read_within
+from duocell.service.settings import Limits, Settings
+from duocell.service.workers.executor import WorkerDied
+from duocell.service.workers.worker_process import WorkerProcess
 
 log = logging.getLogger(__name__)
 

@@ -8,14 +8,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
-from optimizer.monitoring.events import Event
-from optimizer.progress.interim import interim_layout, unknown_layout, why_ended, with_what_is_missing
-from optimizer.progress.known import Solved, Usable
-from optimizer.results.layout import Layout
-from optimizer.settings import Settings
-from service.common.issues import Issue
-from service.results.documents import result_document
-from service.workers.worker import KNOWN, answer_of
+from duocell.optimizer.monitoring.events import Event
+from duocell.optimizer.progress.interim import interim_layout, unknown_layout, why_ended, with_what_is_missing
+from duocell.optimizer.progress.known import Solved, Usable
+from duocell.optimizer.results.layout import Layout
+from duocell.optimizer.settings import Settings
+from duocell.service.common.issues import Issue
+from duocell.service.results.documents import result_document
+from duocell.service.workers.worker import KNOWN, answer_of
 
 LEAST, SHARE = 0.5, 0.05
 """s, and share of the time, that making such answers may take: after a costly one the next one waits."""

@@ -1,4 +1,4 @@
-"""Where solves run: a seam. `service.workers.pool` is what stands behind it by default."""
+"""Where solves run: a seam. `duocell.service.workers.pool` is what stands behind it by default."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from service.workers.worker import Answer
+from duocell.service.workers.worker import Answer
 
 Report = Callable[[str, str], None]
 """Told kind and JSON data of every event of a solve."""

@@ -17,7 +17,7 @@ from typing import Any
 
 log = logging.getLogger(__name__)
 
-PRELOAD = "service.workers.preload"
+PRELOAD = "duocell.service.workers.preload"
 FIRST_WITHIN = 300.0
 """s for a process where the engines have to be loaded first, on a machine that has other things to do."""
 NEXT_WITHIN = 10.0

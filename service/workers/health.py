@@ -7,7 +7,7 @@ import logging
 import time
 from typing import Any
 
-from service.workers.executor import Executor, SolveFailed
+from duocell.service.workers.executor import Executor, SolveFailed
 
 log = logging.getLogger(__name__)
 

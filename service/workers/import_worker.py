@@ -12,10 +12,10 @@ from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from typing import Any, TypeVar, cast
 
-from service.common.issues import InvalidRequest, Issue
-from service.common.problems import Problem
-from service.workers.executor import Report, WorkerDied
-from service.workers.worker_process import WorkerProcess
+from duocell.service.common.issues import InvalidRequest, Issue
+from duocell.service.common.problems import Problem
+from duocell.service.workers.executor import Report, WorkerDied
+from duocell.service.workers.worker_process import WorkerProcess
 
 log = logging.getLogger(__name__)
 
@@ -69,7 +69,7 @@ class ImportWorker:
         Args:
             function: of a module, so that another process finds it; raises `InvalidRequest` if it is to blame.
             arguments: plain data.
-            report: told kind and JSON data of what the function tells (`optimizer.monitoring.watch.tell`).
+            report: told kind and JSON data of what the function tells (`duocell.optimizer.monitoring.watch.tell`).
 
         Raises:
             InvalidRequest: the function refuses it, takes too long, or breaks down over it.

@@ -11,11 +11,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from service.observability import metrics
-from service.workers import fork_server, worker
-from service.workers.executor import Report, SolveFailed, Task, WorkerDied
-from service.workers.worker import Answer
-from service.workers.worker_process import WorkerProcess
+from duocell.service.observability import metrics
+from duocell.service.workers import fork_server, worker
+from duocell.service.workers.executor import Report, SolveFailed, Task, WorkerDied
+from duocell.service.workers.worker import Answer
+from duocell.service.workers.worker_process import WorkerProcess
 
 log = logging.getLogger(__name__)
 
@@ -174,7 +174,7 @@ class ProcessExecutor:
     async def _run(
         self, function: Callable[..., Answer], arguments: tuple[Any, ...], stop_after: float, report: Report
     ) -> Answer:
-        """Call a function of `service.workers.worker` in a worker."""
+        """Call a function of `duocell.service.workers.worker` in a worker."""
         one = await self._take()
         cancelled = asyncio.Event()
         known = _Known(report)

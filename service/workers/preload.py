@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import gc
 
-from service.requests import reading  # noqa: F401  # what reads requests is forked from here too
-from service.workers import worker
+from duocell.service.requests import reading  # noqa: F401  # what reads requests is forked from here too
+from duocell.service.workers import worker
 
 worker.self_test()
 # What is loaded stays: a collector that looks through it again and again takes a third of the time of reading a large

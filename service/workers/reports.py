@@ -9,10 +9,10 @@ from dataclasses import asdict
 from math import isfinite
 from typing import Any
 
-from optimizer.monitoring.events import Bounded, Event, Incumbent, Iterated
-from optimizer.progress.known import Known
-from service.results.documents import incumbent_document
-from service.workers.best_known import KnownAnswer
+from duocell.optimizer.monitoring.events import Bounded, Event, Incumbent, Iterated
+from duocell.optimizer.progress.known import Known
+from duocell.service.results.documents import incumbent_document
+from duocell.service.workers.best_known import KnownAnswer
 
 FREQUENT = (Bounded, Iterated)
 """Events of which not every one matters: the next one says more."""

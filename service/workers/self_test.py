@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from service.schemas.request import LayoutRequest
+from duocell.service.schemas.request import LayoutRequest
 
 _STANDING_PART = {"rpy": [0.0, 3.141592653589793, 0.0]}
 

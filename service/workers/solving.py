@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from optimizer.evaluation.evaluate import evaluate_layout
-from optimizer.optimize import optimize
-from optimizer.results.layout import Layout
-from optimizer.settings import Settings
-from service.common.issues import Issue
-from service.library.library import Library
-from service.requests.convert import cell_of, joints_of, settings_of
-from service.requests.warnings import warnings_of
-from service.results.documents import result_document
-from service.schemas.evaluate import EvaluateRequest
-from service.schemas.request import LayoutRequest
+from duocell.optimizer.evaluation.evaluate import evaluate_layout
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.results.layout import Layout
+from duocell.optimizer.settings import Settings
+from duocell.service.common.issues import Issue
+from duocell.service.library.library import Library
+from duocell.service.requests.convert import cell_of, joints_of, settings_of
+from duocell.service.requests.warnings import warnings_of
+from duocell.service.results.documents import result_document
+from duocell.service.schemas.evaluate import EvaluateRequest
+from duocell.service.schemas.request import LayoutRequest
 
 Understood = Callable[[Settings, Callable[[Layout], list[Issue]]], None]
 """Takes what is asked for, and a function that makes the warnings beside a layout."""

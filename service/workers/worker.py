@@ -16,14 +16,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from models.base.errors import DuocellError
-from optimizer.monitoring.watch import Cancelled, watching
-from service.observability import logs
-from service.workers.messages import receive, send
-from service.workers.self_test import SELF_TEST, check
+from duocell.models.base.errors import DuocellError
+from duocell.optimizer.monitoring.watch import Cancelled, watching
+from duocell.service.observability import logs
+from duocell.service.workers.messages import receive, send
+from duocell.service.workers.self_test import SELF_TEST, check
 
 if TYPE_CHECKING:
-    from service.library.library import Library
+    from duocell.service.library.library import Library
 
 log = logging.getLogger(__name__)
 
@@ -122,7 +122,7 @@ def _listen(channel: socket.socket, runs: queue.SimpleQueue[Run], stops: set[int
 
 def _carry_out(run: Run, channel: socket.socket, stops: set[int]) -> Any:
     """One run, followed and stopped through the channel."""
-    from service.workers.reports import Reports
+    from duocell.service.workers.reports import Reports
 
     reports = Reports(lambda kind, data: send(channel, Told(run.number, kind, data)))
     with watching(reports, lambda: run.number in stops):
@@ -144,9 +144,9 @@ def solve_following(text: str, request_hash: str, time_limit: float, library: Li
         DuocellError: an engine broke down.
         Cancelled: it was told to stop.
     """
-    from optimizer.monitoring.watch import overhearing, tell
-    from service.workers.best_known import QUICK, BestKnown
-    from service.workers.solving import solve_request
+    from duocell.optimizer.monitoring.watch import overhearing, tell
+    from duocell.service.workers.best_known import QUICK, BestKnown
+    from duocell.service.workers.solving import solve_request
 
     known = BestKnown(tell, request_hash, time_limit)
     known.begin()
@@ -162,7 +162,7 @@ def evaluate(text: str, request_hash: str, data_dir: Path | None = None) -> Answ
     """Evaluate the layout of an accepted request; ``data_dir`` as for `solve`."""
 
     def work() -> dict[str, Any]:
-        from service.workers.solving import evaluate_request
+        from duocell.service.workers.solving import evaluate_request
 
         return evaluate_request(text, request_hash, _library(data_dir))
 
@@ -171,7 +171,7 @@ def evaluate(text: str, request_hash: str, data_dir: Path | None = None) -> Answ
 
 def _library(data_dir: Path | None) -> Library | None:
     """What users brought; what was deleted since the request was accepted still counts."""
-    from service.library.library import Library
+    from duocell.service.library.library import Library
 
     return None if data_dir is None else Library(data_dir, deleted=True)
 

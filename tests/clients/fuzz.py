@@ -15,8 +15,8 @@ from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
-from service.cli.demo import serving
-from service.http.keys import hash_line, new_key
+from duocell.service.cli.demo import serving
+from duocell.service.http.keys import hash_line, new_key
 
 ROOT = Path(__file__).parents[2]
 DOCUMENT = ROOT / "docs" / "openapi.json"

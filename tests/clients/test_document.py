@@ -4,7 +4,7 @@ import json
 
 from fastapi.testclient import TestClient
 
-from service.app import create_app
+from duocell.service.app import create_app
 from tests.clients.fuzz import DOCUMENT
 
 

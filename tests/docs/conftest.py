@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from service.cli.demo import serving
+from duocell.service.cli.demo import serving
 
 
 @pytest.fixture(scope="session")

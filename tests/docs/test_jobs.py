@@ -5,13 +5,13 @@ import shlex
 from dataclasses import fields
 from pathlib import Path
 
-from optimizer.monitoring import events
-from optimizer.monitoring.events import Event
-from service.cli.main import parser
-from service.common.problems import KINDS
-from service.jobs.job import JobStatus
-from service.schemas.resources import Failure
-from service.settings import Settings
+from duocell.optimizer.monitoring import events
+from duocell.optimizer.monitoring.events import Event
+from duocell.service.cli.main import parser
+from duocell.service.common.problems import KINDS
+from duocell.service.jobs.job import JobStatus
+from duocell.service.schemas.resources import Failure
+from duocell.service.settings import Settings
 from tests.support.markdown import blocks_of
 
 ROOT = Path(__file__).parents[2]
@@ -56,7 +56,7 @@ def test_commands_and_addresses_exist() -> None:
     assert len(commands) == 4
     for line in commands:
         parser().parse_args(shlex.split(line)[1:])
-    from service.app import create_app
+    from duocell.service.app import create_app
 
     paths = create_app(Settings()).openapi()["paths"]
     for method, path in re.findall(r"`(GET|POST|DELETE) (/v1/\S+?)`", TEXT):

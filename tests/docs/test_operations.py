@@ -12,13 +12,13 @@ import pytest
 import yaml
 from fastapi.testclient import TestClient
 
-from service.app import create_app
-from service.cli.main import parser
-from service.cli.serve import MAX_HEAD
-from service.http.keys import hash_line, new_key
-from service.http.middleware.observe import CLIENT_LEFT
-from service.observability import logs, metrics
-from service.settings import Settings
+from duocell.service.app import create_app
+from duocell.service.cli.main import parser
+from duocell.service.cli.serve import MAX_HEAD
+from duocell.service.http.keys import hash_line, new_key
+from duocell.service.http.middleware.observe import CLIENT_LEFT
+from duocell.service.observability import logs, metrics
+from duocell.service.settings import Settings
 from tests.support.markdown import blocks_of
 
 ROOT = Path(__file__).parents[2]

@@ -15,16 +15,16 @@ from typing import Any
 import httpx2
 import pytest
 
-from models.catalogue import catalogue
-from models.kinematics.closed_form import closed_form
-from optimizer.optimize import optimize
-from service.cli.main import main, parser
-from service.requests.accept import accept, accept_evaluation
-from service.requests.convert import cell_of, settings_of
-from service.schemas.request import EXAMPLE, LayoutRequest
-from service.settings import Settings
-from service.validation import validate
-from service.workers.solving import evaluate_request
+from duocell.models.catalogue import catalogue
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.optimizer.optimize import optimize
+from duocell.service.cli.main import main, parser
+from duocell.service.requests.accept import accept, accept_evaluation
+from duocell.service.requests.convert import cell_of, settings_of
+from duocell.service.schemas.request import EXAMPLE, LayoutRequest
+from duocell.service.settings import Settings
+from duocell.service.validation import validate
+from duocell.service.workers.solving import evaluate_request
 from tests.support.markdown import Block, assert_shown, blocks_of, tokens
 
 ROOT = Path(__file__).parents[2]
@@ -104,7 +104,7 @@ def test_links_lead_somewhere(page: Path) -> None:
 def test_make_knows_the_target(command: str) -> None:
     run = subprocess.run([*shlex.split(command), "--dry-run"], cwd=ROOT, capture_output=True, text=True, check=False)
     assert run.returncode == 0, run.stderr
-    assert "service.cli.demo" in run.stdout or "pytest" in run.stdout or "duocell serve" in run.stdout
+    assert "duocell.service.cli.demo" in run.stdout or "pytest" in run.stdout or "duocell serve" in run.stdout
 
 
 def test_commands_print_what_is_shown(workplace: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,8 +13,8 @@ from typing import Any
 import httpx2
 import pytest
 
-from service.schemas.request import EXAMPLE
-from service.settings import Settings
+from duocell.service.schemas.request import EXAMPLE
+from duocell.service.settings import Settings
 from tests.support.given import own_robot
 from tests.support.markdown import assert_shown, blocks_of
 

@@ -13,9 +13,9 @@ from pathlib import Path
 import httpx2
 import pytest
 
-from optimizer.optimize import optimize
-from service.requests.convert import cell_of, settings_of
-from service.schemas.request import LayoutRequest
+from duocell.optimizer.optimize import optimize
+from duocell.service.requests.convert import cell_of, settings_of
+from duocell.service.schemas.request import LayoutRequest
 from tests.support.server import Document, Server, alive, events_of, finished, line_request, serving, until
 
 KINDS = [

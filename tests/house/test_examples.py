@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from bench.judges.dense_check import judge
-from models.base.pose import rotation_angle
-from models.cell.surroundings import Clearances
-from optimizer.optimize import optimize
-from optimizer.results.layout import Layout
-from service.requests.convert import cell_of, settings_of
-from service.schemas.request import LayoutRequest
-from service.validation import validate
+from duocell.models.base.pose import rotation_angle
+from duocell.models.cell.surroundings import Clearances
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.results.layout import Layout
+from duocell.service.requests.convert import cell_of, settings_of
+from duocell.service.schemas.request import LayoutRequest
+from duocell.service.validation import validate
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.json"))
 

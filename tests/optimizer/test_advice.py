@@ -6,15 +6,15 @@ import time
 
 from bench.draws.cells import real_cell
 from bench.judges.dense_check import judge
-from optimizer.advice import with_advice
-from optimizer.infeasibility.explain import explain
-from optimizer.infeasibility.searched.trial import clean
-from optimizer.optimize import optimize
-from optimizer.progress.timetable import timetable
-from optimizer.results.findings import Explanation
-from optimizer.results.layout import Outcome
-from optimizer.settings import Settings, ToleranceSettings
-from optimizer.verification.scene import Scene
+from duocell.optimizer.advice import with_advice
+from duocell.optimizer.infeasibility.explain import explain
+from duocell.optimizer.infeasibility.searched.trial import clean
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.progress.timetable import timetable
+from duocell.optimizer.results.findings import Explanation
+from duocell.optimizer.results.layout import Outcome
+from duocell.optimizer.settings import Settings, ToleranceSettings
+from duocell.optimizer.verification.scene import Scene
 from tests.support.given.arms import region
 from tests.support.given.blocked import (
     NOTHING,

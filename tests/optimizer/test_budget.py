@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.cell.surroundings import Clearances, Surroundings
-from optimizer.budget import GAP, LEAST, automatic, boxes_for, search_time
-from optimizer.certificate.certify import certify
-from optimizer.reduction.reduced import reduced_problem
-from optimizer.settings import CertificateSettings
+from duocell.models.cell.surroundings import Clearances, Surroundings
+from duocell.optimizer.budget import GAP, LEAST, automatic, boxes_for, search_time
+from duocell.optimizer.certificate.certify import certify
+from duocell.optimizer.reduction.reduced import reduced_problem
+from duocell.optimizer.settings import CertificateSettings
 from tests.support.given.acceptance import load
 
 LINE, _ = load("line")

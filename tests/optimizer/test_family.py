@@ -7,19 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.base.pose import inverse, rotation_x, rotation_z, transform
-from models.cell.cell import Cell
-from models.cell.family import Job, family
-from models.cell.task import Task, line
-from models.kinematics.kinematics import flange_poses
-from models.robot.arm import Interval
-from optimizer.baselines.gradient import PostureFunction
-from optimizer.baselines.penalty import minimise_from, nearest_posture
-from optimizer.baselines.penalty_rows import ConstrainedPosture, exterior
-from optimizer.optimize import optimize
-from optimizer.reduction.reduced import evaluate, reduced_problem
-from optimizer.results.layout import Outcome
-from optimizer.settings import CertificateSettings, Settings
+from duocell.models.base.pose import inverse, rotation_x, rotation_z, transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.family import Job, family
+from duocell.models.cell.task import Task, line
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.robot.arm import Interval
+from duocell.optimizer.baselines.gradient import PostureFunction
+from duocell.optimizer.baselines.penalty import minimise_from, nearest_posture
+from duocell.optimizer.baselines.penalty_rows import ConstrainedPosture, exterior
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.reduction.reduced import evaluate, reduced_problem
+from duocell.optimizer.results.layout import Outcome
+from duocell.optimizer.settings import CertificateSettings, Settings
 from tests.support.given.arms import make_arm, region
 from tests.support.given.families import possible_family
 from tests.support.given.tasks import possible

@@ -8,21 +8,21 @@ from itertools import product
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_x, rotation_z, transform
-from models.catalogue import catalogue
-from models.cell.cell import Cell
-from models.cell.coupling import Distance
-from models.cell.surroundings import Surroundings
-from models.cell.task import Task
-from models.robot.arm import Arm
-from models.robot.linear_limits import LinearLimits
-from optimizer.certificate.certify import certify
-from optimizer.evaluation.evaluate import evaluate_layout
-from optimizer.nlp.program import ArmPoint, build_program
-from optimizer.optimize import optimize
-from optimizer.reduction.reduced import evaluate, reduced_problem
-from optimizer.results.layout import Layout, Outcome
-from optimizer.settings import CertificateSettings, Settings, ToleranceSettings
+from duocell.models.base.pose import rotation_x, rotation_z, transform
+from duocell.models.catalogue import catalogue
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.coupling import Distance
+from duocell.models.cell.surroundings import Surroundings
+from duocell.models.cell.task import Task
+from duocell.models.robot.arm import Arm
+from duocell.models.robot.linear_limits import LinearLimits
+from duocell.optimizer.certificate.certify import certify
+from duocell.optimizer.evaluation.evaluate import evaluate_layout
+from duocell.optimizer.nlp.program import ArmPoint, build_program
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.reduction.reduced import evaluate, reduced_problem
+from duocell.optimizer.results.layout import Layout, Outcome
+from duocell.optimizer.settings import CertificateSettings, Settings, ToleranceSettings
 from tests.support.given.arms import make_arm, region
 from tests.support.given.cells import Scene
 from tests.support.oracles.brute import USELESS, _paths, branches_of, path_cost

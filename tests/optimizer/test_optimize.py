@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from models.base.pose import inverse, rotation_x, rotation_z, transform
-from models.cell.cell import Cell
-from models.cell.task import Task
-from models.kinematics.branches import signs_of
-from models.kinematics.closed_form import closed_form
-from models.kinematics.kinematics import flange_poses
-from models.robot.posture import ALL_SIGNS, Posture, name_signs
-from optimizer.optimize import optimize
+from duocell.models.base.pose import inverse, rotation_x, rotation_z, transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.branches import signs_of
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.robot.posture import ALL_SIGNS, Posture, name_signs
+from duocell.optimizer.optimize import optimize
 from tests.support.given.arms import general_six, make_arm, oblique_wrist, puma_by_table, region, skew_robot
 from tests.support.given.tasks import Possible, possible
 from tests.support.oracles.answers import assert_sound, reached, solved

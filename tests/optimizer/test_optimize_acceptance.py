@@ -7,9 +7,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from models.robot.posture import ELBOW, SHOULDER, WRIST
-from optimizer.optimize import optimize
-from optimizer.results.layout import Layout, Outcome
+from duocell.models.robot.posture import ELBOW, SHOULDER, WRIST
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.results.layout import Layout, Outcome
 from tests.support.given.acceptance import CASES, load
 from tests.support.oracles.answers import assert_sound, reached, turn_between
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_z, transform
-from models.catalogue import catalogue
-from models.cell.cell import Cell
-from models.cell.task import line
-from models.kinematics.kinematics import flange_poses, reach
-from optimizer.optimize import optimize
+from duocell.models.base.pose import rotation_z, transform
+from duocell.models.catalogue import catalogue
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import line
+from duocell.models.kinematics.kinematics import flange_poses, reach
+from duocell.optimizer.optimize import optimize
 from tests.support.given.arms import make_arm, region
 from tests.support.given.tasks import possible
 from tests.support.oracles.answers import assert_ended, assert_sound

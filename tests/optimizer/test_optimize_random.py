@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_from_rpy, rotation_x, rotation_z, transform
-from optimizer.optimize import optimize
+from duocell.models.base.pose import rotation_from_rpy, rotation_x, rotation_z, transform
+from duocell.optimizer.optimize import optimize
 from tests.support.given.tasks import possible
 from tests.support.oracles.answers import assert_ended, assert_sound
 from tests.support.oracles.brute import USELESS, brute_force

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from models.cell.task import Task
-from optimizer.optimize import optimize
-from optimizer.results.layout import Outcome
-from optimizer.settings import Settings
+from duocell.models.cell.task import Task
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.results.layout import Outcome
+from duocell.optimizer.settings import Settings
 from tests.support.given.tasks import possible
 from tests.support.oracles.answers import solved
 
@@ -46,7 +46,7 @@ SCRIPT = """
 import json, sys
 import numpy as np
 from tests.support.given.tasks import possible
-from optimizer.optimize import optimize
+from duocell.optimizer.optimize import optimize
 result = []
 for name in json.loads(sys.argv[1]):
     layout = optimize(possible(name, np.random.default_rng(13), poses=4, half=(0.3, 0.3, 0.0, np.pi)).cell)

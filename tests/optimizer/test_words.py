@@ -11,19 +11,19 @@ import numpy as np
 import pytest
 
 from bench.kept.kept_requests import kept
-from models.cell.coupling import Distance
-from models.cell.surroundings import Clearances, Surroundings
-from models.geometry.shapes import Body, Box
-from optimizer.coupled.found import CoupledSearch
-from optimizer.coupled.layout import coupled_layout
-from optimizer.coupled.prove import against
-from optimizer.optimize import optimize
-from optimizer.results.layout import Certificate, Layout, Outcome, Search
-from optimizer.settings import CertificateSettings, Settings
-from service.requests.accept import accept
-from service.requests.convert import cell_of
-from service.schemas.request import LayoutRequest
-from service.settings import Settings as ServiceSettings
+from duocell.models.cell.coupling import Distance
+from duocell.models.cell.surroundings import Clearances, Surroundings
+from duocell.models.geometry.shapes import Body, Box
+from duocell.optimizer.coupled.found import CoupledSearch
+from duocell.optimizer.coupled.layout import coupled_layout
+from duocell.optimizer.coupled.prove import against
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.results.layout import Certificate, Layout, Outcome, Search
+from duocell.optimizer.settings import CertificateSettings, Settings
+from duocell.service.requests.accept import accept
+from duocell.service.requests.convert import cell_of
+from duocell.service.schemas.request import LayoutRequest
+from duocell.service.settings import Settings as ServiceSettings
 from tests.support.given.acceptance import load
 from tests.support.given.arms import region
 from tests.support.given.tasks import possible

@@ -9,14 +9,14 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from models.base import errors
-from models.catalogue import catalogue
-from service.app import create_app
-from service.common.problems import KINDS
-from service.library.robots import load_catalogue
-from service.settings import Settings
-from service.workers.executor import SolveFailed
-from service.workers.import_worker import ImportWorker
+from duocell.models.base import errors
+from duocell.models.catalogue import catalogue
+from duocell.service.app import create_app
+from duocell.service.common.problems import KINDS
+from duocell.service.library.robots import load_catalogue
+from duocell.service.settings import Settings
+from duocell.service.workers.executor import SolveFailed
+from duocell.service.workers.import_worker import ImportWorker
 
 Make = Callable[..., TestClient]
 
@@ -180,7 +180,7 @@ def test_no_longer_ready_once_the_self_test_fails(client_with: Make, fake: Any) 
 def test_an_old_self_test_proves_nothing(client_with: Make, monkeypatch: pytest.MonkeyPatch) -> None:
     client = client_with(self_test_every=20.0)
     ready(client)
-    monkeypatch.setattr("service.workers.health.MAX_AGE", 0.0)
+    monkeypatch.setattr("duocell.service.workers.health.MAX_AGE", 0.0)
     assert client.get("/readyz").status_code == 503
 
 

@@ -11,19 +11,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_from_rpy, transform
-from optimizer.optimize import optimize
-from service.cli.tables import print_layout
-from service.common.issues import InvalidRequest
-from service.figure.figure import draw_layout
-from service.requests.accept import accept
-from service.requests.convert import cell_of, settings_of
-from service.results.documents import result_document
-from service.schemas.request import LayoutRequest
-from service.schemas.result import LayoutResult
-from service.schemas.task import ARC, JOBS, LINE
-from service.settings import Limits
-from service.validation import validate
+from duocell.models.base.pose import rotation_from_rpy, transform
+from duocell.optimizer.optimize import optimize
+from duocell.service.cli.tables import print_layout
+from duocell.service.common.issues import InvalidRequest
+from duocell.service.figure.figure import draw_layout
+from duocell.service.requests.accept import accept
+from duocell.service.requests.convert import cell_of, settings_of
+from duocell.service.results.documents import result_document
+from duocell.service.schemas.request import LayoutRequest
+from duocell.service.schemas.result import LayoutResult
+from duocell.service.schemas.task import ARC, JOBS, LINE
+from duocell.service.settings import Limits
+from duocell.service.validation import validate
 
 Document = dict[str, Any]
 EXAMPLE: Document = json.loads((Path(__file__).parents[2] / "examples" / "family.json").read_text())

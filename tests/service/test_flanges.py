@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from fastapi.testclient import TestClient
 
-from models.base.pose import quaternion_from_rotation, rotation_from_rpy, transform
-from models.catalogue.catalogue import robot
-from models.robot.robot_frames import ISO_9787
-from service.common.issues import InvalidRequest
-from service.requests.convert import cell_of
-from service.results.documents import result_document
-from service.schemas.request import EXAMPLE, LayoutRequest
-from service.validation import validate
+from duocell.models.base.pose import quaternion_from_rotation, rotation_from_rpy, transform
+from duocell.models.catalogue.catalogue import robot
+from duocell.models.robot.robot_frames import ISO_9787
+from duocell.service.common.issues import InvalidRequest
+from duocell.service.requests.convert import cell_of
+from duocell.service.results.documents import result_document
+from duocell.service.schemas.request import EXAMPLE, LayoutRequest
+from duocell.service.validation import validate
 from tests.service.conftest import made_up_layout
 
 Document = dict[str, Any]

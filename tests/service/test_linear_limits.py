@@ -10,17 +10,17 @@ from typing import Any
 
 import pytest
 
-from optimizer.optimize import optimize
-from optimizer.settings import Settings
-from service.cli.tables import print_layout
-from service.common.issues import InvalidRequest
-from service.requests.accept import accept
-from service.requests.convert import cell_of
-from service.results.documents import result_document
-from service.schemas.arm import MOST_LINEAR_LIMITS
-from service.schemas.request import LayoutRequest
-from service.settings import Limits
-from service.validation import validate
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.settings import Settings
+from duocell.service.cli.tables import print_layout
+from duocell.service.common.issues import InvalidRequest
+from duocell.service.requests.accept import accept
+from duocell.service.requests.convert import cell_of
+from duocell.service.results.documents import result_document
+from duocell.service.schemas.arm import MOST_LINEAR_LIMITS
+from duocell.service.schemas.request import LayoutRequest
+from duocell.service.settings import Limits
+from duocell.service.validation import validate
 
 Document = dict[str, Any]
 ROW: Document = {"coefficients": [0, 1, 1, 0, 0, 0], "lower": -3.0, "upper": 1.0}

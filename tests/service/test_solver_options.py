@@ -8,12 +8,12 @@ from typing import Any
 import casadi
 import pytest
 
-from optimizer.nlp import solve
-from service.common.issues import InvalidRequest
-from service.requests.accept import accept
-from service.schemas.request import EXAMPLE
-from service.settings import Settings
-from service.workers.solving import solve_request
+from duocell.optimizer.nlp import solve
+from duocell.service.common.issues import InvalidRequest
+from duocell.service.requests.accept import accept
+from duocell.service.schemas.request import EXAMPLE
+from duocell.service.settings import Settings
+from duocell.service.workers.solving import solve_request
 
 Document = dict[str, Any]
 

@@ -7,7 +7,7 @@ from math import pi
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models.base.arrays import Floats
+from duocell.models.base.arrays import Floats
 
 TURN = 2.0 * pi
 

@@ -9,8 +9,8 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from service.cli.demo import serving
-from service.http.keys import hash_line, new_key
+from duocell.service.cli.demo import serving
+from duocell.service.http.keys import hash_line, new_key
 
 
 class Server(NamedTuple):

@@ -17,7 +17,7 @@ from urllib.request import urlopen
 
 import httpx2
 
-from service.cli.demo import free_port
+from duocell.service.cli.demo import free_port
 
 Document = dict[str, Any]
 REPOSITORY = Path(__file__).parents[2]
@@ -47,7 +47,7 @@ class Server:
 
     def start(self) -> None:
         """Start it; it does not listen yet."""
-        command = [sys.executable, "-m", "service.cli.main", "serve", "--port", str(self._port)]
+        command = [sys.executable, "-m", "duocell.service.cli.main", "serve", "--port", str(self._port)]
         with self._log.open("ab") as log:
             self.process = subprocess.Popen(
                 command, cwd=REPOSITORY, env=os.environ | self._environment, stdout=log, stderr=subprocess.STDOUT
@@ -150,7 +150,7 @@ def until(condition: Any, seconds: float = 60.0, what: str = "it") -> None:
 
 def line_request(poses: int, name: str = "", arms: int = 1, **more: Any) -> Document:
     """A request that is solved the more slowly the more poses it has."""
-    from service.schemas.request import EXAMPLE
+    from duocell.service.schemas.request import EXAMPLE
 
     request: Document = json.loads(json.dumps(EXAMPLE))
     request |= {"name": name, "certificate": None, "arms": request["arms"][:arms]} | more

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, cast
 
-from models.cell.coupling.coupling import Coupling
+from duocell.models.cell.coupling.coupling import Coupling
 
 
 def among(coupling: Coupling, arms: Sequence[int]) -> Coupling | None:

@@ -6,15 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
 
-from models.cell.coupling.coupling import Base, Rows, check_arms
-from models.cell.coupling.distance import TINY
+from duocell.models.cell.coupling.coupling import Base, Rows, check_arms
+from duocell.models.cell.coupling.distance import TINY
 
 
 @dataclass(frozen=True, slots=True)
 class Apart:
     """The origins of two bases keep a distance in space. No request asks for it: it holds for every two arms.
 
-    A search is told of it only where it would put two arms in one place (`models.cell.one_place`).
+    A search is told of it only where it would put two arms in one place (`duocell.models.cell.one_place`).
 
     Attributes:
         arms: two.

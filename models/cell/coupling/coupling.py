@@ -9,8 +9,8 @@ from typing import Any, Protocol
 import casadi as ca
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.errors import InvalidInput
+from duocell.models.base.arrays import Floats
+from duocell.models.base.errors import InvalidInput
 
 Scalar = Any
 """A number, a NumPy array or a CasADi expression: rows are written once and evaluated on all three."""

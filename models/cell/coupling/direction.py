@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, inf, sin
 
-from models.cell.coupling.coupling import Base, Rows, check_arms
+from duocell.models.cell.coupling.coupling import Base, Rows, check_arms
 
 APART = 0.01
 """m; two bases that are nearer to each other lie in no direction: without it two contradictory directions are kept in

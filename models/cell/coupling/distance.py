@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
 
-from models.base.errors import InvalidInput
-from models.cell.coupling.coupling import Base, Rows, check_arms
+from duocell.models.base.errors import InvalidInput
+from duocell.models.cell.coupling.coupling import Base, Rows, check_arms
 
 TINY = 1e-12
 """m²; keeps the root smooth where two bases coincide."""

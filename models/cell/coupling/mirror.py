@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, sin
 
-from models.cell.coupling.coupling import Base, Rows, check_arms, sine
+from duocell.models.cell.coupling.coupling import Base, Rows, check_arms, sine
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from math import cos, sin
 
-from models.cell.coupling.coupling import Base, Rows, check_arms
+from duocell.models.cell.coupling.coupling import Base, Rows, check_arms
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from models.cell.coupling.coupling import Base, Rows, check_arms
+from duocell.models.cell.coupling.coupling import Base, Rows, check_arms
 
 
 @dataclass(frozen=True, slots=True)

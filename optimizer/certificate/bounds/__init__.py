@@ -1,4 +1,4 @@
-"""Lower bounds of an arm's reduced cost over boxes of base positions; what `optimizer.certificate` is made of.
+"""Lower bounds of an arm's reduced cost over boxes of base positions; what `duocell.optimizer.certificate` is made of.
 
 From the ground up, each module with its own derivation:
 

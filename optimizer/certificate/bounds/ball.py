@@ -2,7 +2,7 @@
 
 A `Ball` stands for every array whose entries lie within ``radius`` of ``centre``. All operations are inclusions:
 the result of an operation on members is a member of the result. Rounding is not directed; whoever draws a conclusion
-from a ball leaves a slack many orders above it (`optimizer.certificate.bounds.angles.joints.SLACK`).
+from a ball leaves a slack many orders above it (`duocell.optimizer.certificate.bounds.angles.joints.SLACK`).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
+from duocell.models.base.arrays import Bools, Floats
 
 ANYTHING = 1e3
 """rad; radius of an angle nothing is known about. Finite, so that no operation ends in inf - inf."""

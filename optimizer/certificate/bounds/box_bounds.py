@@ -6,23 +6,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.robot.linear_limits import LinearLimits
-from optimizer.certificate.bounds.angles.expansion import Enclosed, Expansion, enclose, expand
-from optimizer.certificate.bounds.angles.joints import SLACK, Kinematics
-from optimizer.certificate.bounds.angles.targets import Targets
-from optimizer.certificate.bounds.ball import Ball
-from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.certificate.bounds.common_shift import common_cost
-from optimizer.certificate.bounds.lifts import cheapest_lifts
-from optimizer.certificate.bounds.linear_sums import sums_lost
-from optimizer.certificate.bounds.rules import Rules
-from optimizer.certificate.bounds.tangent import Linearised, linearised, tangent_bounds
-from optimizer.certificate.bounds.together import JOINTS, together_of, wrist_lost
-from optimizer.certificate.bounds.turns import FirstOrder
-from optimizer.certificate.bounds.twist import twist_cost, twist_of
-from optimizer.certificate.bounds.yaw import shift_cost, torn, unwrapped
-from optimizer.reduction.reduced import ReducedProblem
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.robot.linear_limits import LinearLimits
+from duocell.optimizer.certificate.bounds.angles.expansion import Enclosed, Expansion, enclose, expand
+from duocell.optimizer.certificate.bounds.angles.joints import SLACK, Kinematics
+from duocell.optimizer.certificate.bounds.angles.targets import Targets
+from duocell.optimizer.certificate.bounds.ball import Ball
+from duocell.optimizer.certificate.bounds.boxes import Boxes
+from duocell.optimizer.certificate.bounds.common_shift import common_cost
+from duocell.optimizer.certificate.bounds.lifts import cheapest_lifts
+from duocell.optimizer.certificate.bounds.linear_sums import sums_lost
+from duocell.optimizer.certificate.bounds.rules import Rules
+from duocell.optimizer.certificate.bounds.tangent import Linearised, linearised, tangent_bounds
+from duocell.optimizer.certificate.bounds.together import JOINTS, together_of, wrist_lost
+from duocell.optimizer.certificate.bounds.turns import FirstOrder
+from duocell.optimizer.certificate.bounds.twist import twist_cost, twist_of
+from duocell.optimizer.certificate.bounds.yaw import shift_cost, torn, unwrapped
+from duocell.optimizer.reduction.reduced import ReducedProblem
 
 PROBES = 8
 """Poses tried first in tasks of more than three times as many."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.robot.posture import ALL_SIGNS
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.robot.posture import ALL_SIGNS
 
 _SIGNS = np.array(ALL_SIGNS, dtype=np.int64)
 
@@ -18,7 +18,7 @@ class Boxes:
 
     Attributes:
         centre: (N, 3) m. half: (N, 3) m, half the side lengths; 0 for fixed coordinates.
-        posture: (N,) index into `models.robot.posture.ALL_SIGNS`.
+        posture: (N,) index into `duocell.models.robot.posture.ALL_SIGNS`.
     """
 
     centre: Floats

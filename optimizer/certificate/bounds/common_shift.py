@@ -1,13 +1,14 @@
 r"""Joint 1 in a family: one yaw for all jobs, a turn of 2π for each of them.
 
 Where the values of every job are known to lie on one turn, joint 1 of job b is shifted by ``s_b = y + 2π k_b`` with the
-same y for all. By the triangle inequality over all poses together (as in `optimizer.certificate.bounds.yaw`)
+same y for all. By the triangle inequality over all poses together (as in `duocell.optimizer.certificate.bounds.yaw`)
 
     Σ_bj (c_bj + t_bj + s_b - q*)² >= (max(0, √(V + Q(y, k)) - ‖r‖))²,     Q = Σ_b W_b (s_b - s*_b)²,
 
-V being the spread of each job about its own mean and s*_b = q* less that mean. `optimizer.reduction.common_yaw` gives
-the least Q over all y and k, and over all those with other turns than given ones: a bound that linearises joint 1 on
-the best turns holds for these alone and has to be compared with what the others cost at least.
+V being the spread of each job about its own mean and s*_b = q* less that mean.
+`duocell.optimizer.reduction.common_yaw` gives the least Q over all y and k, and over all those with other turns than
+given ones: a bound that linearises joint 1 on the best turns holds for these alone and has to be compared with what
+the others cost at least.
 """
 
 from __future__ import annotations
@@ -16,12 +17,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.robot.arm import TURN
-from optimizer.certificate.bounds.ball import Ball
-from optimizer.certificate.bounds.rules import Rules
-from optimizer.reduction.common_yaw import JobShifts
-from optimizer.reduction.paths import mean
+from duocell.models.base.arrays import Floats
+from duocell.models.robot.arm import TURN
+from duocell.optimizer.certificate.bounds.ball import Ball
+from duocell.optimizer.certificate.bounds.rules import Rules
+from duocell.optimizer.reduction.common_yaw import JobShifts
+from duocell.optimizer.reduction.paths import mean
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
-from models.robot.arm import TURN
-from optimizer.certificate.bounds.ball import Ball
+from duocell.models.base.arrays import Bools, Floats
+from duocell.models.robot.arm import TURN
+from duocell.optimizer.certificate.bounds.ball import Ball
 
 MOST_LIFTS = 6
 """Joints with room for more lifts than this are bounded pose by pose at their nearest lift, whatever the limits."""

@@ -23,7 +23,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
+from duocell.models.base.arrays import Floats, Ints
 
 FIRST_STEPS = 3
 """Newton steps with limits hardly felt (K = 1)."""

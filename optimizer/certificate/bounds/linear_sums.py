@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
-from models.robot.arm import TURN
-from models.robot.linear_limits import LinearLimits
-from optimizer.certificate.bounds.ball import Ball
-from optimizer.certificate.bounds.rules import MISSED, Rules
+from duocell.models.base.arrays import Bools, Floats
+from duocell.models.robot.arm import TURN
+from duocell.models.robot.linear_limits import LinearLimits
+from duocell.optimizer.certificate.bounds.ball import Ball
+from duocell.optimizer.certificate.bounds.rules import MISSED, Rules
 
 
 def sums_lost(limits: LinearLimits, rules: Rules, values: Ball) -> Bools:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
-from optimizer.certificate.bounds.box_bounds import LIMIT, LINEAR, PATH, REACH, SINGULAR, SUMS, BoxBounds
-from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.certificate.bounds.region import Region
-from optimizer.reduction.reduced import ReducedProblem
-from optimizer.results.proof import Obstacle
+from duocell.models.base.arrays import Bools, Floats
+from duocell.optimizer.certificate.bounds.box_bounds import LIMIT, LINEAR, PATH, REACH, SINGULAR, SUMS, BoxBounds
+from duocell.optimizer.certificate.bounds.boxes import Boxes
+from duocell.optimizer.certificate.bounds.region import Region
+from duocell.optimizer.reduction.reduced import ReducedProblem
+from duocell.optimizer.results.proof import Obstacle
 
 CONDITIONING = LINEAR + 1
 _KINDS = {

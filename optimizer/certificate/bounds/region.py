@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
-from models.base.kept import KEPT
-from optimizer.certificate.bounds.angles.targets import Targets
+from duocell.models.base.arrays import Bools, Floats
+from duocell.models.base.kept import KEPT
+from duocell.optimizer.certificate.bounds.angles.targets import Targets
 
 SLACK = 5.0 * KEPT
 """m, for rounding and what a check lets pass: a base so far out of its region, a hand as far off its pose."""

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
-from models.base.kept import KEPT
-from models.cell.jobs import joined
-from models.robot.arm import SINGULAR_WRIST, TURN
-from optimizer.certificate.bounds.angles.joints import SLACK
-from optimizer.certificate.bounds.yaw import Shifts
-from optimizer.reduction.reduced import ReducedProblem
+from duocell.models.base.arrays import Bools, Floats
+from duocell.models.base.kept import KEPT
+from duocell.models.cell.jobs import joined
+from duocell.models.robot.arm import SINGULAR_WRIST, TURN
+from duocell.optimizer.certificate.bounds.angles.joints import SLACK
+from duocell.optimizer.certificate.bounds.yaw import Shifts
+from duocell.optimizer.reduction.reduced import ReducedProblem
 
 MISSED = KEPT + SLACK
 """rad by which limits and steps may be missed: what counts as kept must not be excluded, or a layout that passes every

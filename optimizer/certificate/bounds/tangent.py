@@ -15,14 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from optimizer.certificate.bounds.angles.expansion import Enclosed, Expansion
-from optimizer.certificate.bounds.ball import Ball
-from optimizer.certificate.bounds.linear import Linear
-from optimizer.certificate.bounds.rules import Rules
-from optimizer.certificate.bounds.together import JOINTS
-from optimizer.certificate.bounds.turns import FirstOrder, choose_turns, per_pose
-from optimizer.certificate.bounds.yaw import unwrapped
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.optimizer.certificate.bounds.angles.expansion import Enclosed, Expansion
+from duocell.optimizer.certificate.bounds.ball import Ball
+from duocell.optimizer.certificate.bounds.linear import Linear
+from duocell.optimizer.certificate.bounds.rules import Rules
+from duocell.optimizer.certificate.bounds.together import JOINTS
+from duocell.optimizer.certificate.bounds.turns import FirstOrder, choose_turns, per_pose
+from duocell.optimizer.certificate.bounds.yaw import unwrapped
 
 REFINED = 16
 """Boxes of a batch, the most promising ones, whose minimiser is pulled inside the limits."""

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
-from optimizer.certificate.bounds.angles.expansion import Enclosed
-from optimizer.certificate.bounds.angles.joints import Kinematics
-from optimizer.certificate.bounds.angles.pitch import has_free_pitch, pitch_cells
-from optimizer.certificate.bounds.lifts import nearest_lifts
-from optimizer.certificate.bounds.rules import Rules
+from duocell.models.base.arrays import Bools, Floats
+from duocell.optimizer.certificate.bounds.angles.expansion import Enclosed
+from duocell.optimizer.certificate.bounds.angles.joints import Kinematics
+from duocell.optimizer.certificate.bounds.angles.pitch import has_free_pitch, pitch_cells
+from duocell.optimizer.certificate.bounds.lifts import nearest_lifts
+from duocell.optimizer.certificate.bounds.rules import Rules
 
 WIDE = 0.3
 """rad; where the wrist leaves pitch or joint 6 more than this open, they are bounded together."""

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
-from models.robot.arm import TURN
-from optimizer.certificate.bounds.ball import Ball
-from optimizer.certificate.bounds.common_shift import common_shift
-from optimizer.certificate.bounds.rules import Rules
-from optimizer.certificate.bounds.together import Together
-from optimizer.certificate.bounds.yaw import Shifts
-from optimizer.reduction.paths import mean
+from duocell.models.base.arrays import Bools, Floats
+from duocell.models.robot.arm import TURN
+from duocell.optimizer.certificate.bounds.ball import Ball
+from duocell.optimizer.certificate.bounds.common_shift import common_shift
+from duocell.optimizer.certificate.bounds.rules import Rules
+from duocell.optimizer.certificate.bounds.together import Together
+from duocell.optimizer.certificate.bounds.yaw import Shifts
+from duocell.optimizer.reduction.paths import mean
 
 _TURNS = Shifts(start=0.0, width=0.0, free=False)
 """All that can shift joints 2 to 6: multiples of 2π."""

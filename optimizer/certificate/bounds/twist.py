@@ -23,13 +23,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.robot.arm import TURN
-from optimizer.certificate.bounds.angles.allowance import SINE
-from optimizer.certificate.bounds.angles.joints import SLACK, Angles, Kinematics
-from optimizer.certificate.bounds.angles.wrist import combined
-from optimizer.certificate.bounds.ball import ANYTHING, Ball
-from optimizer.certificate.bounds.rules import Rules
+from duocell.models.base.arrays import Floats
+from duocell.models.robot.arm import TURN
+from duocell.optimizer.certificate.bounds.angles.allowance import SINE
+from duocell.optimizer.certificate.bounds.angles.joints import SLACK, Angles, Kinematics
+from duocell.optimizer.certificate.bounds.angles.wrist import combined
+from duocell.optimizer.certificate.bounds.ball import ANYTHING, Ball
+from duocell.optimizer.certificate.bounds.rules import Rules
 
 MOST_TURNS = 8
 """Pairs of joints with room for more turns than this are bounded without their limits."""

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
-from models.robot.arm import TURN
-from optimizer.certificate.bounds.ball import Ball
+from duocell.models.base.arrays import Bools, Floats
+from duocell.models.robot.arm import TURN
+from duocell.optimizer.certificate.bounds.ball import Ball
 
 
 def unwrapped(values: Ball, max_step: float, joined: Bools | None = None) -> tuple[Ball, Bools]:

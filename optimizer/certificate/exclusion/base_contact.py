@@ -11,19 +11,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.base.pose import rotation_z
-from models.cell.floor import Floor, Footprint
-from models.geometry.separation import separation
-from models.robot.arm import Arm
-from optimizer.certificate.exclusion.bodies import ArmBodies, SolidPair
-from optimizer.certificate.exclusion.causes import FLOOR, TOLERANCE
-from optimizer.certificate.exclusion.gap import gap, inside
-from optimizer.certificate.exclusion.inscribed import axis_distance, radius_of
-from optimizer.certificate.exclusion.motion import Motion
-from optimizer.certificate.exclusion.points import Held
-from optimizer.certificate.exclusion.yaw_cells import YawCells
-from optimizer.verification.scene import world_yaw
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.base.pose import rotation_z
+from duocell.models.cell.floor import Floor, Footprint
+from duocell.models.geometry.separation import separation
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.certificate.exclusion.bodies import ArmBodies, SolidPair
+from duocell.optimizer.certificate.exclusion.causes import FLOOR, TOLERANCE
+from duocell.optimizer.certificate.exclusion.gap import gap, inside
+from duocell.optimizer.certificate.exclusion.inscribed import axis_distance, radius_of
+from duocell.optimizer.certificate.exclusion.motion import Motion
+from duocell.optimizer.certificate.exclusion.points import Held
+from duocell.optimizer.certificate.exclusion.yaw_cells import YawCells
+from duocell.optimizer.verification.scene import world_yaw
 
 SMALL = 0.012
 """m; in boxes whose half sides are no longer, whole bodies are asked for by Coal: that takes 20 to 50 µs a pair."""

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.cell.surroundings import PairClass
-from models.collision.collision import CollisionModel
-from models.collision.collision_bodies import EVERY
-from models.geometry.shapes import Body
-from optimizer.certificate.exclusion.causes import Causes, link_pair
-from optimizer.certificate.exclusion.inscribed import InnerCapsule, axis_capsules, edge_points, inner_capsules
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.cell.surroundings import PairClass
+from duocell.models.collision.collision import CollisionModel
+from duocell.models.collision.collision_bodies import EVERY
+from duocell.models.geometry.shapes import Body
+from duocell.optimizer.certificate.exclusion.causes import Causes, link_pair
+from duocell.optimizer.certificate.exclusion.inscribed import InnerCapsule, axis_capsules, edge_points, inner_capsules
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from models.cell.surroundings import PairClass
-from models.collision.collision import CollisionModel
-from models.robot.robot import Robot
+from duocell.models.cell.surroundings import PairClass
+from duocell.models.collision.collision import CollisionModel
+from duocell.models.robot.robot import Robot
 
 TOLERANCE = 6e-6
 """m that a slack must lack to exclude: a usable layout may lack 1e-6, distances are known to about as much, and two

@@ -25,16 +25,16 @@ from itertools import product
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.kinematics.chain import chain_of
-from models.kinematics.difference import SAME, Difference
-from models.kinematics.kinematics import characteristic_length
-from models.robot.arm import Arm
-from optimizer.certificate.bounds.angles.joints import Kinematics
-from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.certificate.exclusion.causes import TOLERANCE
-from optimizer.certificate.exclusion.motion import ON_TARGET, Motion, motion
-from optimizer.reduction.reduced import ReducedProblem
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.difference import SAME, Difference
+from duocell.models.kinematics.kinematics import characteristic_length
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.certificate.bounds.angles.joints import Kinematics
+from duocell.optimizer.certificate.bounds.boxes import Boxes
+from duocell.optimizer.certificate.exclusion.causes import TOLERANCE
+from duocell.optimizer.certificate.exclusion.motion import ON_TARGET, Motion, motion
+from duocell.optimizer.reduction.reduced import ReducedProblem
 
 AT_ONCE = 4000
 """Poses times boxes looked at together."""

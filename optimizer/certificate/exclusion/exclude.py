@@ -7,24 +7,24 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.cell.floor import Floor, Footprint
-from models.collision.collision import CollisionModel
-from models.robot.arm import Arm
-from optimizer.certificate.bounds.angles.joints import Kinematics
-from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.certificate.bounds.rules import Rules
-from optimizer.certificate.exclusion.base_contact import BaseContact
-from optimizer.certificate.exclusion.bodies import ArmBodies, Other, SelfPair
-from optimizer.certificate.exclusion.causes import CONDITIONING, FLOOR, TOLERANCE, YAW, Causes
-from optimizer.certificate.exclusion.conditioning import conditioning_slacks
-from optimizer.certificate.exclusion.motion import Motion, motion
-from optimizer.certificate.exclusion.points import Held, point_slack
-from optimizer.certificate.exclusion.self_contact import self_slack
-from optimizer.certificate.exclusion.yaw_cells import yaw_cells
-from optimizer.monitoring.watch import check_stop
-from optimizer.reduction.reduced import ReducedProblem
-from optimizer.verification.scene import Scene
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.cell.floor import Floor, Footprint
+from duocell.models.collision.collision import CollisionModel
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.certificate.bounds.angles.joints import Kinematics
+from duocell.optimizer.certificate.bounds.boxes import Boxes
+from duocell.optimizer.certificate.bounds.rules import Rules
+from duocell.optimizer.certificate.exclusion.base_contact import BaseContact
+from duocell.optimizer.certificate.exclusion.bodies import ArmBodies, Other, SelfPair
+from duocell.optimizer.certificate.exclusion.causes import CONDITIONING, FLOOR, TOLERANCE, YAW, Causes
+from duocell.optimizer.certificate.exclusion.conditioning import conditioning_slacks
+from duocell.optimizer.certificate.exclusion.motion import Motion, motion
+from duocell.optimizer.certificate.exclusion.points import Held, point_slack
+from duocell.optimizer.certificate.exclusion.self_contact import self_slack
+from duocell.optimizer.certificate.exclusion.yaw_cells import yaw_cells
+from duocell.optimizer.monitoring.watch import check_stop
+from duocell.optimizer.reduction.reduced import ReducedProblem
+from duocell.optimizer.verification.scene import Scene
 
 NO_LEVELS: Mapping[int, float] = {}
 ROWS = 1000

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.geometry.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
+from duocell.models.base.arrays import Floats
+from duocell.models.geometry.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
 
 
 def gap(shape: Shape, frame: Floats, points: Floats) -> Floats:

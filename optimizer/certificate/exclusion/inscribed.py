@@ -11,9 +11,9 @@ from math import ceil
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Shape, Sphere
-from optimizer.certificate.exclusion.gap import inside
+from duocell.models.base.arrays import Floats
+from duocell.models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Shape, Sphere
+from duocell.optimizer.certificate.exclusion.gap import inside
 
 SPACING = 0.7
 """Distance of neighbouring balls in a row over their radius."""

@@ -28,14 +28,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.kinematics.kinematics import reach
-from models.kinematics.link_frames import link_frames
-from models.robot.arm import Arm
-from optimizer.certificate.bounds.angles.expansion import enclose, expand
-from optimizer.certificate.bounds.angles.joints import Kinematics
-from optimizer.certificate.bounds.ball import Ball
-from optimizer.certificate.bounds.boxes import Boxes
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.kinematics.kinematics import reach
+from duocell.models.kinematics.link_frames import link_frames
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.certificate.bounds.angles.expansion import enclose, expand
+from duocell.optimizer.certificate.bounds.angles.joints import Kinematics
+from duocell.optimizer.certificate.bounds.ball import Ball
+from duocell.optimizer.certificate.bounds.boxes import Boxes
 
 ON_TARGET = 1e-6
 """m by which the hand may seem to be off its target at the centre of a box; twice as much is added to every motion."""

@@ -7,11 +7,11 @@ from itertools import product
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from optimizer.certificate.exclusion.bodies import Other, Points
-from optimizer.certificate.exclusion.causes import TOLERANCE
-from optimizer.certificate.exclusion.gap import gap
-from optimizer.certificate.exclusion.motion import Motion
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.optimizer.certificate.exclusion.bodies import Other, Points
+from duocell.optimizer.certificate.exclusion.causes import TOLERANCE
+from duocell.optimizer.certificate.exclusion.gap import gap
+from duocell.optimizer.certificate.exclusion.motion import Motion
 
 DEEPEST = 24
 """Points of a box that are looked at, those deepest in an obstacle at the centre of the box."""

@@ -12,11 +12,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from models.base.arrays import Floats
-from optimizer.certificate.exclusion.bodies import Capsules, SelfPair
-from optimizer.certificate.exclusion.causes import TOLERANCE
-from optimizer.certificate.exclusion.gap import segment_gaps
-from optimizer.certificate.exclusion.motion import Motion
+from duocell.models.base.arrays import Floats
+from duocell.optimizer.certificate.exclusion.bodies import Capsules, SelfPair
+from duocell.optimizer.certificate.exclusion.causes import TOLERANCE
+from duocell.optimizer.certificate.exclusion.gap import segment_gaps
+from duocell.optimizer.certificate.exclusion.motion import Motion
 
 
 def self_slack(motion: Motion, capsules: Capsules, ends: Floats, pairs: Sequence[SelfPair], level: float) -> Floats:

@@ -21,11 +21,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
-from models.robot.arm import TURN
-from optimizer.certificate.bounds.ball import Ball
-from optimizer.certificate.bounds.rules import MISSED, Rules
-from optimizer.certificate.bounds.yaw import unwrapped
+from duocell.models.base.arrays import Bools, Floats
+from duocell.models.robot.arm import TURN
+from duocell.optimizer.certificate.bounds.ball import Ball
+from duocell.optimizer.certificate.bounds.rules import MISSED, Rules
+from duocell.optimizer.certificate.bounds.yaw import unwrapped
 
 CELLS = 24
 """Cells of yaws of a box."""

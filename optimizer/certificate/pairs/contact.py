@@ -12,14 +12,14 @@ from itertools import product
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.cell.surroundings import PairClass
-from models.collision.collision import CollisionModel
-from optimizer.certificate.exclusion.causes import TOLERANCE
-from optimizer.certificate.exclusion.gap import segment_gaps
-from optimizer.certificate.exclusion.motion import Motion
-from optimizer.certificate.exclusion.points import deepest
-from optimizer.certificate.pairs.store import PairStore
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.cell.surroundings import PairClass
+from duocell.models.collision.collision import CollisionModel
+from duocell.optimizer.certificate.exclusion.causes import TOLERANCE
+from duocell.optimizer.certificate.exclusion.gap import segment_gaps
+from duocell.optimizer.certificate.exclusion.motion import Motion
+from duocell.optimizer.certificate.exclusion.points import deepest
+from duocell.optimizer.certificate.pairs.store import PairStore
 
 DEEPEST = 10
 """Pairs of capsules looked at for a pair of boxes, those deepest in each other at the centres."""

@@ -6,11 +6,11 @@ from math import cos, sin
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
-from models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
-from models.cell.coupling.apart import Apart
-from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.certificate.exclusion.causes import TOLERANCE
+from duocell.models.base.arrays import Bools, Floats
+from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.cell.coupling.apart import Apart
+from duocell.optimizer.certificate.bounds.boxes import Boxes
+from duocell.optimizer.certificate.exclusion.causes import TOLERANCE
 
 
 def untied(couplings: tuple[Coupling, ...], arms: tuple[int, int], first: Boxes, second: Boxes) -> Bools:

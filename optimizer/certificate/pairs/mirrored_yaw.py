@@ -15,13 +15,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from models.cell.coupling import Coupling, Mirror
-from models.robot.arm import TURN
-from optimizer.certificate.bounds.ball import Ball
-from optimizer.certificate.bounds.rules import Rules
-from optimizer.certificate.bounds.yaw import unwrapped
-from optimizer.certificate.exclusion.yaw_cells import allowed_shifts, least_way
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.cell.coupling import Coupling, Mirror
+from duocell.models.robot.arm import TURN
+from duocell.optimizer.certificate.bounds.ball import Ball
+from duocell.optimizer.certificate.bounds.rules import Rules
+from duocell.optimizer.certificate.bounds.yaw import unwrapped
+from duocell.optimizer.certificate.exclusion.yaw_cells import allowed_shifts, least_way
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from optimizer.certificate.arm_tree import ArmTree
-from optimizer.certificate.exclusion.causes import TOLERANCE
-from optimizer.certificate.pairs.contact import Contact
-from optimizer.certificate.pairs.couplings import untied
-from optimizer.certificate.pairs.mirrored_yaw import BestYaw, mirrored_cost
-from optimizer.certificate.pairs.shared_yaw import SharedYaw
-from optimizer.certificate.pairs.store import PairStore
-from optimizer.certificate.pairs.tied_bounds import TiedBounds
-from optimizer.certificate.pairs.ties import mirrored_yaws
-from optimizer.verification.scene import Scene
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.optimizer.certificate.arm_tree import ArmTree
+from duocell.optimizer.certificate.exclusion.causes import TOLERANCE
+from duocell.optimizer.certificate.pairs.contact import Contact
+from duocell.optimizer.certificate.pairs.couplings import untied
+from duocell.optimizer.certificate.pairs.mirrored_yaw import BestYaw, mirrored_cost
+from duocell.optimizer.certificate.pairs.shared_yaw import SharedYaw
+from duocell.optimizer.certificate.pairs.store import PairStore
+from duocell.optimizer.certificate.pairs.tied_bounds import TiedBounds
+from duocell.optimizer.certificate.pairs.ties import mirrored_yaws
+from duocell.optimizer.verification.scene import Scene
 
 SMALLEST = 1e-5
 """m; pairs of boxes with no longer half sides are not cut any more."""

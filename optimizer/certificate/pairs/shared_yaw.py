@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.robot.arm import TURN
-from optimizer.certificate.exclusion.causes import TOLERANCE
-from optimizer.certificate.exclusion.yaw_cells import YawCells
-from optimizer.certificate.pairs.mirrored_yaw import BestYaw
-from optimizer.certificate.pairs.store import PairStore
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.robot.arm import TURN
+from duocell.optimizer.certificate.exclusion.causes import TOLERANCE
+from duocell.optimizer.certificate.exclusion.yaw_cells import YawCells
+from duocell.optimizer.certificate.pairs.mirrored_yaw import BestYaw
+from duocell.optimizer.certificate.pairs.store import PairStore
 
 CELLS = 96
 """Cells of the yaw that two arms share."""

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from optimizer.certificate.arm_tree import ArmTree
-from optimizer.certificate.exclusion.motion import Motion
-from optimizer.certificate.pairs.mirrored_yaw import BestYaw, best_yaw
+from duocell.models.base.arrays import Floats, Ints
+from duocell.optimizer.certificate.arm_tree import ArmTree
+from duocell.optimizer.certificate.exclusion.motion import Motion
+from duocell.optimizer.certificate.pairs.mirrored_yaw import BestYaw, best_yaw
 
 POSES = 32
 """Poses at which two arms are kept apart in long tasks, evenly along the way: fewer exclude less, never wrongly."""

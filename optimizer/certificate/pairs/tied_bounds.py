@@ -15,13 +15,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from models.cell.coupling import Coupling
-from models.cell.coupling.apart import Apart
-from optimizer.certificate.arm_tree import ArmTree
-from optimizer.certificate.bounds.linear import Linear
-from optimizer.certificate.pairs.mirrored_yaw import BestYaw, sum_of_yaws
-from optimizer.certificate.pairs.ties import Tie, mirrored_yaws, ties, yaw_tie
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.cell.coupling import Coupling
+from duocell.models.cell.coupling.apart import Apart
+from duocell.optimizer.certificate.arm_tree import ArmTree
+from duocell.optimizer.certificate.bounds.linear import Linear
+from duocell.optimizer.certificate.pairs.mirrored_yaw import BestYaw, sum_of_yaws
+from duocell.optimizer.certificate.pairs.ties import Tie, mirrored_yaws, ties, yaw_tie
 
 ROWS = 60_000
 """Rows of linearised problems times pairs that are solved at once."""

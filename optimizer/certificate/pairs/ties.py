@@ -7,10 +7,10 @@ from math import cos, sin
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
-from models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
-from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.certificate.exclusion.causes import TOLERANCE
+from duocell.models.base.arrays import Bools, Floats
+from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from duocell.optimizer.certificate.bounds.boxes import Boxes
+from duocell.optimizer.certificate.exclusion.causes import TOLERANCE
 
 STEEP = 10.0
 """What a row in metres is multiplied by: a millimetre that is missing shall be felt like a hundredth of a radian."""

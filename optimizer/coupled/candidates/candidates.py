@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from optimizer.coupled.candidates.followed import FollowedProblem
-from optimizer.coupled.candidates.placement_filter import FORGIVEN, PlacementFilter
-from optimizer.coupled.candidates.placements import Placements
+from duocell.models.base.arrays import Floats, Ints
+from duocell.optimizer.coupled.candidates.followed import FollowedProblem
+from duocell.optimizer.coupled.candidates.placement_filter import FORGIVEN, PlacementFilter
+from duocell.optimizer.coupled.candidates.placements import Placements
 
 AT_ONCE = 128
 """Placements tested together."""

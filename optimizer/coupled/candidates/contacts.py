@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.collision.collision import CollisionModel
-from models.collision.collision_bodies import EVERY, CellBodies
-from models.collision.pair_bounds import PairBounds
-from models.geometry.bounding import exact_box_distances, segment_distances
-from models.geometry.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.collision.collision import CollisionModel
+from duocell.models.collision.collision_bodies import EVERY, CellBodies
+from duocell.models.collision.pair_bounds import PairBounds
+from duocell.models.geometry.bounding import exact_box_distances, segment_distances
+from duocell.models.geometry.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.cell.surroundings import PairClass
-from optimizer.coupled.candidates.candidates import ArmCandidates
-from optimizer.coupled.candidates.contacts import SomePairs
-from optimizer.coupled.candidates.loose import LooseTies
-from optimizer.coupled.candidates.placement_filter import FORGIVEN, arm_frames, telling_order
-from optimizer.coupled.candidates.placements import Placements
-from optimizer.monitoring.watch import check_stop
-from optimizer.verification.scene import LIMITS, Scene
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.cell.surroundings import PairClass
+from duocell.optimizer.coupled.candidates.candidates import ArmCandidates
+from duocell.optimizer.coupled.candidates.contacts import SomePairs
+from duocell.optimizer.coupled.candidates.loose import LooseTies
+from duocell.optimizer.coupled.candidates.placement_filter import FORGIVEN, arm_frames, telling_order
+from duocell.optimizer.coupled.candidates.placements import Placements
+from duocell.optimizer.monitoring.watch import check_stop
+from duocell.optimizer.verification.scene import LIMITS, Scene
 
 MOST = 200_000
 """Pairs that are looked at at most."""

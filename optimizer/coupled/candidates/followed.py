@@ -12,13 +12,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from models.cell.cell import Cell
-from models.robot.arm import Arm
-from optimizer.clearance.path_samples import ObjectPath
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.reduced import Paths, ReducedProblem, evaluate, evaluate_signed, reduced_problem
-from optimizer.verification.scene import Scene
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.cell.cell import Cell
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.clearance.path_samples import ObjectPath
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.reduced import Paths, ReducedProblem, evaluate, evaluate_signed, reduced_problem
+from duocell.optimizer.verification.scene import Scene
 
 LONGEST_TURN, LONGEST_SHIFT = 0.3, 0.12
 """rad and m of the object between places that are looked at."""
@@ -48,7 +48,7 @@ class FollowedProblem:
 
     def at(self, positions: Floats, signs: Ints | None = None) -> tuple[Paths, Floats]:
         """Best paths of every posture, or of one per position, from base positions (N, 3); see
-        `optimizer.reduction.reduced`.
+        `duocell.optimizer.reduction.reduced`.
 
         Returns:
             Paths at all places; and (8, N) or (1, N), how far from allowed they are.

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Floats
-from optimizer.coupled.candidates.candidates import ArmCandidates
-from optimizer.coupled.candidates.extender import FULL, Effort, Extender, Layouts, first_layouts
-from optimizer.coupled.candidates.followed import Followed
-from optimizer.coupled.candidates.loose import LooseTies
-from optimizer.coupled.candidates.placement_filter import PlacementFilter
-from optimizer.coupled.candidates.placements import placements_at
-from optimizer.coupled.candidates.unknowns import TiedUnknowns
-from optimizer.reduction.box import search_box
+from duocell.models.base.arrays import Floats
+from duocell.optimizer.coupled.candidates.candidates import ArmCandidates
+from duocell.optimizer.coupled.candidates.extender import FULL, Effort, Extender, Layouts, first_layouts
+from duocell.optimizer.coupled.candidates.followed import Followed
+from duocell.optimizer.coupled.candidates.loose import LooseTies
+from duocell.optimizer.coupled.candidates.placement_filter import PlacementFilter
+from duocell.optimizer.coupled.candidates.placements import placements_at
+from duocell.optimizer.coupled.candidates.unknowns import TiedUnknowns
+from duocell.optimizer.reduction.box import search_box
 
 POSITIONS = {0: 1, 1: 200, 2: 1500, 3: 3000}
 """Base positions of the first full round, by number of free coordinates of an arm; each has eight postures."""

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.cell.surroundings import PairClass
-from models.kinematics.link_frames import link_frames
-from optimizer.coupled.candidates.contacts import SomePairs
-from optimizer.coupled.candidates.placements import Placements, well_conditioned
-from optimizer.monitoring.watch import check_stop
-from optimizer.reduction.reduced import ReducedProblem
-from optimizer.verification.scene import Scene, world_yaw
-from optimizer.verification.way import follow_way
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.cell.surroundings import PairClass
+from duocell.models.kinematics.link_frames import link_frames
+from duocell.optimizer.coupled.candidates.contacts import SomePairs
+from duocell.optimizer.coupled.candidates.placements import Placements, well_conditioned
+from duocell.optimizer.monitoring.watch import check_stop
+from duocell.optimizer.reduction.reduced import ReducedProblem
+from duocell.optimizer.verification.scene import Scene, world_yaw
+from duocell.optimizer.verification.way import follow_way
 
 FORGIVEN = 0.02
 """m; what lacks no more than this may be repaired by a refinement."""

@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.robot.arm import TURN
-from models.robot.posture import ALL_SIGNS
-from optimizer.coupled.candidates.followed import FollowedProblem
-from optimizer.coupled.candidates.unknowns import Samples
-from optimizer.monitoring.watch import check_stop
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.reduced import ReducedProblem, conditioning_shortfall
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.robot.arm import TURN
+from duocell.models.robot.posture import ALL_SIGNS
+from duocell.optimizer.coupled.candidates.followed import FollowedProblem
+from duocell.optimizer.coupled.candidates.unknowns import Samples
+from duocell.optimizer.monitoring.watch import check_stop
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.reduced import ReducedProblem, conditioning_shortfall
 
 AT_ONCE = 60_000
 """Postures of all poses that are evaluated in one go: what fits into a cache."""

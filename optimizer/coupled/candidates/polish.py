@@ -11,14 +11,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from optimizer.coupled.candidates.extender import Layouts
-from optimizer.coupled.candidates.followed import Followed, FollowedProblem
-from optimizer.coupled.candidates.layouts import boxes_of
-from optimizer.coupled.candidates.loose import LooseTies
-from optimizer.coupled.candidates.placements import Placements
-from optimizer.coupled.candidates.unknowns import TiedUnknowns
-from optimizer.monitoring.watch import check_stop
+from duocell.models.base.arrays import Floats, Ints
+from duocell.optimizer.coupled.candidates.extender import Layouts
+from duocell.optimizer.coupled.candidates.followed import Followed, FollowedProblem
+from duocell.optimizer.coupled.candidates.layouts import boxes_of
+from duocell.optimizer.coupled.candidates.loose import LooseTies
+from duocell.optimizer.coupled.candidates.placements import Placements
+from duocell.optimizer.coupled.candidates.unknowns import TiedUnknowns
+from duocell.optimizer.monitoring.watch import check_stop
 
 TAKEN = 64
 """Layouts that are brought downhill."""

@@ -13,17 +13,17 @@ from math import pi
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from models.base.pose import rotation_angle
-from models.cell.cell import Cell
-from models.cell.task import Task
-from models.robot.arm import TURN
-from optimizer.clearance.path_samples import ObjectPath
-from optimizer.coupled.candidates.starts import Start
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.pose_sample import sample_job
-from optimizer.reduction.reduced import ReducedProblem, evaluate_signed, reduced_problem
-from optimizer.verification.scene import Scene
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.base.pose import rotation_angle
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.models.robot.arm import TURN
+from duocell.optimizer.clearance.path_samples import ObjectPath
+from duocell.optimizer.coupled.candidates.starts import Start
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.pose_sample import sample_job
+from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed, reduced_problem
+from duocell.optimizer.verification.scene import Scene
 
 LONG = 60
 """Tasks with more poses are shortened."""

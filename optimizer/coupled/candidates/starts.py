@@ -8,13 +8,13 @@ from itertools import islice
 
 import numpy as np
 
-from models.base.arrays import Ints
-from optimizer.coupled.candidates.extender import Layouts
-from optimizer.coupled.candidates.followed import Followed
-from optimizer.monitoring.watch import check_stop
-from optimizer.nlp.program import ArmPoint
-from optimizer.sqp.nearby import nearby
-from optimizer.verification.scene import LIMITS
+from duocell.models.base.arrays import Ints
+from duocell.optimizer.coupled.candidates.extender import Layouts
+from duocell.optimizer.coupled.candidates.followed import Followed
+from duocell.optimizer.monitoring.watch import check_stop
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.sqp.nearby import nearby
+from duocell.optimizer.verification.scene import LIMITS
 
 APART = 0.12
 """m; layouts of the same postures whose bases are all nearer than this count as one start."""

@@ -3,7 +3,7 @@ r"""What couplings leave free: the base positions as an affine function of indep
 A coupling row that is affine in the positions and ties one coordinate of two arms (a height, a distance from a
 vertical plane) makes these two coordinates one unknown; a row of one arm fixes a coordinate. Arms then share the tied
 unknowns, and each has the rest of its position for itself: for given tied unknowns the arms are independent. Rows of
-any other form (a distance, a side, a yaw) are left to `optimizer.coupled.candidates.loose`.
+any other form (a distance, a side, a yaw) are left to `duocell.optimizer.coupled.candidates.loose`.
 
 Nothing here refers to the axes of the world: samples are counted from the sides of the regions, in an order and a sense
 that turn with the task.
@@ -17,9 +17,9 @@ from math import ceil
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from models.base.sampling import even_points
-from models.cell.cell import Cell
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.base.sampling import even_points
+from duocell.models.cell.cell import Cell
 
 SAME = 1e-9
 """Directions that differ by less are the same; a row whose slope changes by less is affine."""

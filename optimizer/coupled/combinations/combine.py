@@ -8,16 +8,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.cell.cell import Cell
-from optimizer.coupled.combinations.place_tied import tied
-from optimizer.coupled.combinations.pool import Member, Pool
-from optimizer.monitoring.watch import check_stop
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.reduced import ReducedProblem
-from optimizer.sqp.nearby import nearby
-from optimizer.sqp.refine import price_of
-from optimizer.verification.scene import LIMITS, Scene
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.coupled.combinations.place_tied import tied
+from duocell.optimizer.coupled.combinations.pool import Member, Pool
+from duocell.optimizer.monitoring.watch import check_stop
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.reduced import ReducedProblem
+from duocell.optimizer.sqp.nearby import nearby
+from duocell.optimizer.sqp.refine import price_of
+from duocell.optimizer.verification.scene import LIMITS, Scene
 
 BEAM = 600
 """Combinations kept while one arm after the other is added."""

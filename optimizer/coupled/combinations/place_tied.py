@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.cell.coupling import Coupling
-from models.robot.arm import Arm
-from optimizer.coupled.combinations.pool import Member
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.reduced import ReducedProblem, evaluate_signed
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.coupling import Coupling
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.coupled.combinations.pool import Member
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed
 
 STEPS = 4
 DIFFERENCE = 1e-6

@@ -10,18 +10,18 @@ from itertools import islice
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from models.cell.cell import Cell
-from models.robot.arm import Arm
-from models.robot.posture import ALL_SIGNS
-from optimizer.monitoring.watch import check_stop
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.box import search_box, spread
-from optimizer.reduction.reduced import ReducedProblem, conditioning_shortfall, evaluate
-from optimizer.single_arm.redundant.varied_paths import varied_paths
-from optimizer.sqp.refine import price_of
-from optimizer.verification.scene import Scene, world_yaw
-from optimizer.verification.verify import check
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.cell.cell import Cell
+from duocell.models.robot.arm import Arm
+from duocell.models.robot.posture import ALL_SIGNS
+from duocell.optimizer.monitoring.watch import check_stop
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.box import search_box, spread
+from duocell.optimizer.reduction.reduced import ReducedProblem, conditioning_shortfall, evaluate
+from duocell.optimizer.single_arm.redundant.varied_paths import varied_paths
+from duocell.optimizer.sqp.refine import price_of
+from duocell.optimizer.verification.scene import Scene, world_yaw
+from duocell.optimizer.verification.verify import check
 
 POINTS = {0: 1, 1: 100, 2: 1600, 3: 4000}
 """Base positions of the first round by number of free coordinates; each has eight postures."""

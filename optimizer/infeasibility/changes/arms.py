@@ -8,11 +8,11 @@ from math import degrees, pi, radians
 
 import numpy as np
 
-from models.cell.cell import Cell
-from models.robot.arm import Arm, Interval, range_weights
-from models.robot.posture import Posture
-from optimizer.infeasibility.changes.remedy import FARTHEST, Remedy
-from optimizer.infeasibility.requirements import Kind, Requirement
+from duocell.models.cell.cell import Cell
+from duocell.models.robot.arm import Arm, Interval, range_weights
+from duocell.models.robot.posture import Posture
+from duocell.optimizer.infeasibility.changes.remedy import FARTHEST, Remedy
+from duocell.optimizer.infeasibility.requirements import Kind, Requirement
 
 
 def with_arm(cell: Cell, a: int, arm: Arm) -> Cell:

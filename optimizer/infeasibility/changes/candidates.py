@@ -8,21 +8,28 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from models.base.arrays import Floats
-from models.cell.cell import Cell
-from models.cell.coupling import Distance
-from models.cell.floor import Floor
-from models.cell.surroundings import PairClass
-from models.geometry.shapes import HalfSpace
-from models.kinematics.chain import chain_of
-from models.kinematics.kinematics import characteristic_length
-from models.kinematics.screws import conditioning_of
-from optimizer.infeasibility.changes.arms import freed, limits, linear_limit, turned_or_raised, wider_region, with_arm
-from optimizer.infeasibility.changes.obstacles import moved_obstacle
-from optimizer.infeasibility.changes.remedy import FARTHEST, Remedy
-from optimizer.infeasibility.effort import Effort
-from optimizer.infeasibility.largest import KINDS, Largest, largest_clearance, largest_conditioning
-from optimizer.infeasibility.requirements import Kind, Requirement, Selection
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.coupling import Distance
+from duocell.models.cell.floor import Floor
+from duocell.models.cell.surroundings import PairClass
+from duocell.models.geometry.shapes import HalfSpace
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.kinematics import characteristic_length
+from duocell.models.kinematics.screws import conditioning_of
+from duocell.optimizer.infeasibility.changes.arms import (
+    freed,
+    limits,
+    linear_limit,
+    turned_or_raised,
+    wider_region,
+    with_arm,
+)
+from duocell.optimizer.infeasibility.changes.obstacles import moved_obstacle
+from duocell.optimizer.infeasibility.changes.remedy import FARTHEST, Remedy
+from duocell.optimizer.infeasibility.effort import Effort
+from duocell.optimizer.infeasibility.largest import KINDS, Largest, largest_clearance, largest_conditioning
+from duocell.optimizer.infeasibility.requirements import Kind, Requirement, Selection
 
 PRECISE = 5e-5
 """m, of the largest clearance that is possible."""

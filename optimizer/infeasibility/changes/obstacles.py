@@ -7,14 +7,14 @@ from math import atan2
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.pose import transform
-from models.cell.cell import Cell
-from models.geometry.shapes import Body
-from optimizer.infeasibility.changes.remedy import FARTHEST, Remedy
-from optimizer.infeasibility.requirements import Requirement
-from optimizer.nlp.program import ArmPoint
-from optimizer.verification.scene import LIMITS, Scene
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import transform
+from duocell.models.cell.cell import Cell
+from duocell.models.geometry.shapes import Body
+from duocell.optimizer.infeasibility.changes.remedy import FARTHEST, Remedy
+from duocell.optimizer.infeasibility.requirements import Requirement
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.verification.scene import LIMITS, Scene
 
 WAYS = 8
 """Level directions; up and down besides."""

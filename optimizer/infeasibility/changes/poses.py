@@ -7,15 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from models.base.pose import inverse
-from models.cell.cell import Cell
-from models.cell.task import Task
-from optimizer.clearance.path_samples import ObjectPath, follow
-from optimizer.infeasibility.searched.trial import clean
-from optimizer.nlp.program import ArmPoint
-from optimizer.results.findings import Relaxation
-from optimizer.verification.scene import Scene
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.base.pose import inverse
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.optimizer.clearance.path_samples import ObjectPath, follow
+from duocell.optimizer.infeasibility.searched.trial import clean
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.results.findings import Relaxation
+from duocell.optimizer.verification.scene import Scene
 
 ROUNDS = 4
 """Times that poses are added where steps between them are still too long."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from models.base.arrays import Floats
-from models.cell.cell import Cell
-from optimizer.infeasibility.effort import Effort
-from optimizer.infeasibility.largest import Largest
-from optimizer.infeasibility.requirements import Requirement
-from optimizer.nlp.program import ArmPoint
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.infeasibility.effort import Effort
+from duocell.optimizer.infeasibility.largest import Largest
+from duocell.optimizer.infeasibility.requirements import Requirement
+from duocell.optimizer.nlp.program import ArmPoint
 
 FARTHEST = 3.0
 """m that anything is moved or widened at most."""

@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from models.base.arrays import Floats
-from models.base.kept import KEPT
-from models.cell.cell import Cell
-from models.cell.floor import Floor, Footprint
-from models.robot.arm import Arm
-from optimizer.certificate.bounds.angles.targets import Targets
-from optimizer.certificate.bounds.region import reachable_region
-from optimizer.infeasibility.immediate.cause import SURE, Infeasibility
-from optimizer.reasons.reasons import explain_reach
-from optimizer.reduction.box import reach_windows, search_box
-from optimizer.reduction.reduced import reduced_problem
+from duocell.models.base.arrays import Floats
+from duocell.models.base.kept import KEPT
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.floor import Floor, Footprint
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.certificate.bounds.angles.targets import Targets
+from duocell.optimizer.certificate.bounds.region import reachable_region
+from duocell.optimizer.infeasibility.immediate.cause import SURE, Infeasibility
+from duocell.optimizer.reasons.reasons import explain_reach
+from duocell.optimizer.reduction.box import reach_windows, search_box
+from duocell.optimizer.reduction.reduced import reduced_problem
 
 HALVINGS = 24
 """Of a margin."""

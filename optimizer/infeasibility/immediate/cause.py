@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import floor
 
-from models.base.kept import KEPT
-from models.cell.cell import Cell
-from models.cell.surroundings import PairClass
-from optimizer.results.layout import Reason
+from duocell.models.base.kept import KEPT
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.surroundings import PairClass
+from duocell.optimizer.results.layout import Reason
 
 SURE = 3.8e-6
 """m; what a proof needs beyond `KEPT`: two bases that are out of their regions by as much along a diagonal (2√3 of it),

@@ -14,15 +14,15 @@ from math import ceil, cos, floor, inf, isfinite, pi, sin
 import numpy as np
 from scipy.optimize import linprog
 
-from models.base.arrays import Floats
-from models.base.kept import KEPT
-from models.cell.cell import Cell
-from models.cell.coupling import Coupling, Direction, Distance, Mirror
-from models.cell.coupling.apart import Apart
-from models.robot.arm import TURN
-from optimizer.infeasibility.immediate.cause import SURE, Infeasibility
-from optimizer.infeasibility.immediate.distance_conflicts import distance_conflicts
-from optimizer.reduction.box import search_box
+from duocell.models.base.arrays import Floats
+from duocell.models.base.kept import KEPT
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror
+from duocell.models.cell.coupling.apart import Apart
+from duocell.models.robot.arm import TURN
+from duocell.optimizer.infeasibility.immediate.cause import SURE, Infeasibility
+from duocell.optimizer.infeasibility.immediate.distance_conflicts import distance_conflicts
+from duocell.optimizer.reduction.box import search_box
 
 SIDES = 32
 """Of the polygon around a disc."""

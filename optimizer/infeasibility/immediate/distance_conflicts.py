@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from math import floor, inf
 
-from models.base.kept import KEPT
-from models.cell.cell import Cell
-from models.cell.coupling import Distance
-from optimizer.infeasibility.immediate.cause import SURE, Infeasibility
+from duocell.models.base.kept import KEPT
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.coupling import Distance
+from duocell.optimizer.infeasibility.immediate.cause import SURE, Infeasibility
 
 Chain = tuple[float, tuple[int, ...]]
 """How far apart two bases may be, m, and the couplings that say so one after the other."""

@@ -12,16 +12,16 @@ from math import radians
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.base.kept import KEPT
-from models.base.pose import inverse
-from models.cell.cell import Cell
-from models.cell.surroundings import PairClass
-from models.collision.collision import CollisionModel, Configurations, Contact
-from optimizer.clearance.path_samples import ObjectPath
-from optimizer.infeasibility.immediate.cause import Infeasibility, millimetres, rounded_down, surely_short
-from optimizer.monitoring.watch import check_stop
-from optimizer.reasons.meant_contact import if_meant
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.base.kept import KEPT
+from duocell.models.base.pose import inverse
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.surroundings import PairClass
+from duocell.models.collision.collision import CollisionModel, Configurations, Contact
+from duocell.optimizer.clearance.path_samples import ObjectPath
+from duocell.optimizer.infeasibility.immediate.cause import Infeasibility, millimetres, rounded_down, surely_short
+from duocell.optimizer.monitoring.watch import check_stop
+from duocell.optimizer.reasons.meant_contact import if_meant
 
 SHIFT, TURN = 5e-3, radians(1.0)
 """m and rad of the object between samples of its way, ..."""
@@ -43,7 +43,7 @@ def fixed_body_conflicts(cell: Cell, model: CollisionModel, deadline: float = np
         deadline: `time.perf_counter` value after which no further places are looked at.
 
     Raises:
-        Cancelled: whoever watches (`optimizer.monitoring.watch`) wants an end.
+        Cancelled: whoever watches (`duocell.optimizer.monitoring.watch`) wants an end.
     """
     pairs = _fixed_pairs(cell, model)
     if not np.any(pairs):

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from math import inf
 
-from models.cell.cell import Cell
-from models.collision.collision import CollisionModel
-from optimizer.infeasibility.immediate.base_regions import floor_conflicts, region_conflicts
-from optimizer.infeasibility.immediate.cause import Infeasibility
-from optimizer.infeasibility.immediate.coupling_conflicts import coupling_conflicts
-from optimizer.infeasibility.immediate.fixed_bodies import fixed_body_conflicts
-from optimizer.infeasibility.immediate.one_place import one_place_conflicts
-from optimizer.infeasibility.immediate.relative_bases import relative_base_conflicts
-from optimizer.infeasibility.immediate.self_distances import self_distance_conflicts
-from optimizer.nlp.measure import jobs_of
-from optimizer.reasons.reasons import name_jobs
-from optimizer.results.layout import Layout, Outcome, Search
+from duocell.models.cell.cell import Cell
+from duocell.models.collision.collision import CollisionModel
+from duocell.optimizer.infeasibility.immediate.base_regions import floor_conflicts, region_conflicts
+from duocell.optimizer.infeasibility.immediate.cause import Infeasibility
+from duocell.optimizer.infeasibility.immediate.coupling_conflicts import coupling_conflicts
+from duocell.optimizer.infeasibility.immediate.fixed_bodies import fixed_body_conflicts
+from duocell.optimizer.infeasibility.immediate.one_place import one_place_conflicts
+from duocell.optimizer.infeasibility.immediate.relative_bases import relative_base_conflicts
+from duocell.optimizer.infeasibility.immediate.self_distances import self_distance_conflicts
+from duocell.optimizer.nlp.measure import jobs_of
+from duocell.optimizer.reasons.reasons import name_jobs
+from duocell.optimizer.results.layout import Layout, Outcome, Search
 
 
 def immediate_infeasibility(cell: Cell, deadline: float = inf) -> tuple[Infeasibility, ...]:
@@ -26,7 +26,7 @@ def immediate_infeasibility(cell: Cell, deadline: float = inf) -> tuple[Infeasib
         deadline: `time.perf_counter` value after which no further bodies are looked at, soft.
 
     Raises:
-        Cancelled: whoever watches (`optimizer.monitoring.watch`) wants an end.
+        Cancelled: whoever watches (`duocell.optimizer.monitoring.watch`) wants an end.
     """
     clearances = cell.surroundings.clearances
     model = CollisionModel(cell.arms, cell.surroundings) if clearances.any else None

@@ -6,10 +6,10 @@ from itertools import combinations
 
 import numpy as np
 
-from models.base.kept import KEPT
-from models.cell.cell import Cell
-from models.cell.one_place import NEAREST, one_machine
-from optimizer.infeasibility.immediate.cause import SURE, Infeasibility, millimetres
+from duocell.models.base.kept import KEPT
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.one_place import NEAREST, one_machine
+from duocell.optimizer.infeasibility.immediate.cause import SURE, Infeasibility, millimetres
 
 
 def one_place_conflicts(cell: Cell) -> tuple[Infeasibility, ...]:

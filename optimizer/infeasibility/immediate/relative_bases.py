@@ -12,18 +12,18 @@ from math import cos, inf, sin
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
-from models.base.kept import KEPT
-from models.base.pose import transform
-from models.cell.cell import Cell
-from models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
-from models.cell.surroundings import PairClass
-from models.collision.collision import CollisionModel
-from models.geometry.separation import separation
-from models.geometry.shapes import Sphere
-from models.kinematics.chain import chain_of
-from optimizer.infeasibility.immediate.cause import SURE, Infeasibility, millimetres, rounded_down
-from optimizer.reduction.box import search_box
+from duocell.models.base.arrays import Bools, Floats
+from duocell.models.base.kept import KEPT
+from duocell.models.base.pose import transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.cell.surroundings import PairClass
+from duocell.models.collision.collision import CollisionModel
+from duocell.models.geometry.separation import separation
+from duocell.models.geometry.shapes import Sphere
+from duocell.models.kinematics.chain import chain_of
+from duocell.optimizer.infeasibility.immediate.cause import SURE, Infeasibility, millimetres, rounded_down
+from duocell.optimizer.reduction.box import search_box
 
 MOST, SMALLEST = 3000, 2e-3
 """Boxes, and m, half side of the smallest."""

@@ -13,18 +13,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from models.base.kept import KEPT
-from models.cell.cell import Cell
-from models.cell.surroundings import PairClass
-from models.collision.collision import CollisionModel
-from models.geometry.bounding import bounding, segment_distances
-from models.geometry.separation import separation
-from models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Sphere
-from models.kinematics.link_frames import link_frames
-from models.robot.arm import TURN, Arm
-from optimizer.infeasibility.immediate.cause import Infeasibility, millimetres, rounded_down, surely_short
-from optimizer.monitoring.watch import check_stop
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.base.kept import KEPT
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.surroundings import PairClass
+from duocell.models.collision.collision import CollisionModel
+from duocell.models.geometry.bounding import bounding, segment_distances
+from duocell.models.geometry.separation import separation
+from duocell.models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Sphere
+from duocell.models.kinematics.link_frames import link_frames
+from duocell.models.robot.arm import TURN, Arm
+from duocell.optimizer.infeasibility.immediate.cause import Infeasibility, millimetres, rounded_down, surely_short
+from duocell.optimizer.monitoring.watch import check_stop
 
 JOINTS = 2
 """Joints between two bodies at most."""
@@ -50,7 +50,7 @@ def self_distance_conflicts(cell: Cell, model: CollisionModel, deadline: float =
         deadline: `time.perf_counter` value after which no further pairs are looked at.
 
     Raises:
-        Cancelled: whoever watches (`optimizer.monitoring.watch`) wants an end.
+        Cancelled: whoever watches (`duocell.optimizer.monitoring.watch`) wants an end.
     """
     required = cell.surroundings.clearances.self_collision
     if required is None:

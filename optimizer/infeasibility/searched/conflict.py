@@ -6,8 +6,8 @@ import time
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
-from models.cell.cell import Cell
-from optimizer.infeasibility.requirements import (
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.infeasibility.requirements import (
     OWN,
     Kind,
     Requirement,
@@ -17,10 +17,10 @@ from optimizer.infeasibility.requirements import (
     everything,
     restricted,
 )
-from optimizer.infeasibility.searched.partial_path import PartialPath, extended
-from optimizer.infeasibility.searched.trial import find
-from optimizer.infeasibility.searched.violations import Violation, part_violations, violations
-from optimizer.nlp.program import ArmPoint
+from duocell.optimizer.infeasibility.searched.partial_path import PartialPath, extended
+from duocell.optimizer.infeasibility.searched.trial import find
+from duocell.optimizer.infeasibility.searched.violations import Violation, part_violations, violations
+from duocell.optimizer.nlp.program import ArmPoint
 
 SHARE = 0.3
 """Share of the time left that one trial may take."""

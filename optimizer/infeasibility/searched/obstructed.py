@@ -7,18 +7,18 @@ from math import radians
 import numpy as np
 import shapely
 
-from models.base.arrays import Floats, Ints
-from models.base.kept import KEPT
-from models.cell.cell import Cell
-from models.cell.floor import Footprint
-from models.cell.surroundings import Clearances, PairClass, Surroundings
-from models.collision.collision import CollisionModel, Configurations
-from models.robot.arm import Arm
-from optimizer.clearance.path_samples import ObjectPath
-from optimizer.monitoring.watch import check_stop
-from optimizer.reasons.meant_contact import if_meant
-from optimizer.reduction.box import search_box
-from optimizer.results.layout import Reason
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.base.kept import KEPT
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.floor import Footprint
+from duocell.models.cell.surroundings import Clearances, PairClass, Surroundings
+from duocell.models.collision.collision import CollisionModel, Configurations
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.clearance.path_samples import ObjectPath
+from duocell.optimizer.monitoring.watch import check_stop
+from duocell.optimizer.reasons.meant_contact import if_meant
+from duocell.optimizer.reduction.box import search_box
+from duocell.optimizer.results.layout import Reason
 
 SHIFT, TURN = 5e-3, radians(1.0)
 """m and rad between the samples of the object's way."""

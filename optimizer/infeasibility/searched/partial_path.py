@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.base.pose import inverse
-from models.cell.cell import Cell
-from models.robot.arm import Arm
-from optimizer.clearance.path_samples import ObjectPath, follow
-from optimizer.nlp.program import ArmPoint
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import inverse
+from duocell.models.cell.cell import Cell
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.clearance.path_samples import ObjectPath, follow
+from duocell.optimizer.nlp.program import ArmPoint
 
 CUTS = 2, 8
 """Steps in which an arm follows the part from a pose to the next: at first, and where that fails."""

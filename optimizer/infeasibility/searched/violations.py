@@ -7,25 +7,25 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.base.kept import KEPT
-from models.cell.cell import Cell
-from models.cell.surroundings import PairClass
-from models.collision.collision_bodies import Owner
-from models.kinematics.branches import path_signs
-from models.kinematics.chain import chain_of
-from models.kinematics.kinematics import characteristic_length
-from models.kinematics.nominal import posture_form
-from models.kinematics.screws import conditioning_of
-from models.kinematics.wrist_singularity import wrist_shortfall
-from models.robot.arm import Arm
-from optimizer.infeasibility.requirements import Kind, Requirement, Selection
-from optimizer.infeasibility.searched.obstructed import part_hits
-from optimizer.infeasibility.searched.partial_path import PartialPath
-from optimizer.monitoring.watch import check_stop
-from optimizer.nlp.program import ArmPoint
-from optimizer.sqp.samples import Samples, sample_path
-from optimizer.verification.scene import LIMITS, Scene, tie_violation, world_yaw
-from optimizer.verification.verify import LIMITS as EXACT
+from duocell.models.base.kept import KEPT
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.surroundings import PairClass
+from duocell.models.collision.collision_bodies import Owner
+from duocell.models.kinematics.branches import path_signs
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.kinematics import characteristic_length
+from duocell.models.kinematics.nominal import posture_form
+from duocell.models.kinematics.screws import conditioning_of
+from duocell.models.kinematics.wrist_singularity import wrist_shortfall
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.infeasibility.requirements import Kind, Requirement, Selection
+from duocell.optimizer.infeasibility.searched.obstructed import part_hits
+from duocell.optimizer.infeasibility.searched.partial_path import PartialPath
+from duocell.optimizer.monitoring.watch import check_stop
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.sqp.samples import Samples, sample_path
+from duocell.optimizer.verification.scene import LIMITS, Scene, tie_violation, world_yaw
+from duocell.optimizer.verification.verify import LIMITS as EXACT
 
 MOST_CONTACTS = 1500
 """Pairs and places that Coal is asked about."""

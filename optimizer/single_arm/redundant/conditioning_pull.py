@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.kinematics.chain import chain_of
-from models.kinematics.kinematics import characteristic_length
-from models.kinematics.screws import conditioning_of
-from optimizer.single_arm.redundant.unreduced_problem import UnreducedProblem
+from duocell.models.base.arrays import Floats
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.kinematics import characteristic_length
+from duocell.models.kinematics.screws import conditioning_of
+from duocell.optimizer.single_arm.redundant.unreduced_problem import UnreducedProblem
 
 NEAR = 1.3
 """Postures with less than this many times the wanted conditioning are drawn; above, they may do as they like."""

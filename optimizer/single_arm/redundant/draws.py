@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from models.base.sampling import even_points
-from models.kinematics.branches import signs_of
-from models.kinematics.closed_form import closed_form
-from models.robot.arm import TURN
-from optimizer.single_arm.redundant.key_poses import METRES_PER_RADIAN
-from optimizer.single_arm.redundant.unreduced_problem import UnreducedProblem
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.base.sampling import even_points
+from duocell.models.kinematics.branches import signs_of
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.robot.arm import TURN
+from duocell.optimizer.single_arm.redundant.key_poses import METRES_PER_RADIAN
+from duocell.optimizer.single_arm.redundant.unreduced_problem import UnreducedProblem
 
 
 def posture_ranges(problem: UnreducedProblem) -> tuple[Floats, Floats]:

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from models.kinematics.chain_columns import rotation_vectors
-from models.robot.linear_limits import LinearLimits
-from optimizer.monitoring.watch import check_stop
-from optimizer.single_arm.redundant.conditioning_pull import conditioning_pull
-from optimizer.single_arm.redundant.normal_equations import backwards, bounded_step, factorised, forwards
-from optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, seen_from_bases
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.kinematics.chain_columns import rotation_vectors
+from duocell.models.robot.linear_limits import LinearLimits
+from duocell.optimizer.monitoring.watch import check_stop
+from duocell.optimizer.single_arm.redundant.conditioning_pull import conditioning_pull
+from duocell.optimizer.single_arm.redundant.normal_equations import backwards, bounded_step, factorised, forwards
+from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, seen_from_bases
 
 FASTER, SLOWER, LEAST_PULL = 1.3, 0.5, 0.1
 """What becomes of a seed's pull after progress and after none, and its least."""

@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.base.pose import rotation_angle
-from models.cell.cell import Cell
-from models.cell.task import Task
-from optimizer.nlp.program import ArmPoint
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.base.pose import rotation_angle
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.optimizer.nlp.program import ArmPoint
 
 MOVED, TURNED = 5e-4, 1e-3
 """m and rad between neighbouring poses of a part that is held."""

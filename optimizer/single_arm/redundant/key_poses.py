@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Floats, Ints
-from models.base.pose import rotation_about, rotation_angle
-from optimizer.single_arm.redundant.unreduced_problem import UnreducedProblem
+from duocell.models.base.arrays import Floats, Ints
+from duocell.models.base.pose import rotation_about, rotation_angle
+from duocell.optimizer.single_arm.redundant.unreduced_problem import UnreducedProblem
 
 METRES_PER_RADIAN = 0.4
 """A turn of a radian counts as much as this way."""

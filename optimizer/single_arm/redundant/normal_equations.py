@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Floats
+from duocell.models.base.arrays import Floats
 
 SMALLEST_PIVOT = 1e-14
 PASSES = 5

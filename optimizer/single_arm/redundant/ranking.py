@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.kinematics.chain_columns import rotation_vectors
-from models.robot.arm import TURN
-from optimizer.reduction.linear_sums import keep_sums, sum_excess
-from optimizer.single_arm.redundant.conditioning_pull import conditioning_values
-from optimizer.single_arm.redundant.parameters import UnreducedParameters
-from optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, seen_from_bases
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.kinematics.chain_columns import rotation_vectors
+from duocell.models.robot.arm import TURN
+from duocell.optimizer.reduction.linear_sums import keep_sums, sum_excess
+from duocell.optimizer.single_arm.redundant.conditioning_pull import conditioning_values
+from duocell.optimizer.single_arm.redundant.parameters import UnreducedParameters
+from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, seen_from_bases
 
 WHOLE = 1e-3
 """Share of a turn by which a lift may seem to break a limit."""

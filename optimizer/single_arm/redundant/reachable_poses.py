@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.cell.cell import Cell
-from models.robot.arm import Arm
-from optimizer.single_arm.redundant.draws import draw_seeds
-from optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
-from optimizer.single_arm.redundant.parameters import PARAMETERS
-from optimizer.single_arm.redundant.ranking import figures
-from optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, unreduced_problem
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.single_arm.redundant.draws import draw_seeds
+from duocell.optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
+from duocell.optimizer.single_arm.redundant.parameters import PARAMETERS
+from duocell.optimizer.single_arm.redundant.ranking import figures
+from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, unreduced_problem
 
 SEEDS, DRAWN = 64, 2048
 """Postures per pose that are brought to it, and of how many they are the best."""

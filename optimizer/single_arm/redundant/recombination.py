@@ -12,15 +12,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.kinematics.chain_columns import rotation_vectors
-from models.robot.arm import TURN
-from optimizer.reduction.linear_sums import sum_excess
-from optimizer.single_arm.redundant.conditioning_pull import conditioning_values
-from optimizer.single_arm.redundant.draws import drawn_postures, fit_to_bases
-from optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
-from optimizer.single_arm.redundant.parameters import UnreducedParameters
-from optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, seen_from_bases
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.kinematics.chain_columns import rotation_vectors
+from duocell.models.robot.arm import TURN
+from duocell.optimizer.reduction.linear_sums import sum_excess
+from duocell.optimizer.single_arm.redundant.conditioning_pull import conditioning_values
+from duocell.optimizer.single_arm.redundant.draws import drawn_postures, fit_to_bases
+from duocell.optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
+from duocell.optimizer.single_arm.redundant.parameters import UnreducedParameters
+from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, seen_from_bases
 
 DRAWS_PER_KEPT = 8
 """Postures drawn for each that is kept for a pose."""

@@ -10,13 +10,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from optimizer.single_arm.redundant.draws import draw_seeds, drawn_postures, fit_to_bases
-from optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
-from optimizer.single_arm.redundant.key_poses import key_poses, on_the_way, reduced_to, shares
-from optimizer.single_arm.redundant.parameters import UnreducedParameters
-from optimizer.single_arm.redundant.ranking import Figures, distinct, figures, lifted
-from optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.optimizer.single_arm.redundant.draws import draw_seeds, drawn_postures, fit_to_bases
+from duocell.optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
+from duocell.optimizer.single_arm.redundant.key_poses import key_poses, on_the_way, reduced_to, shares
+from duocell.optimizer.single_arm.redundant.parameters import UnreducedParameters
+from duocell.optimizer.single_arm.redundant.ranking import Figures, distinct, figures, lifted
+from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem
 
 STEP_SLACK = 3.0
 """Times the allowed step that key poses may be apart: there are poses between them."""

@@ -1,9 +1,9 @@
 """Search of one arm that has no reduced problem: seven joints, no closed form, or a tilted first axis.
 
-Stages of Gauss-Newton leave a few candidates, IPOPT polishes them (`optimizer.single_arm.redundant.stages`). Two
-further nets are cast where joints have more than one turn, where the task is uneven, or where candidates had to give
-way: paths recombined from all seeds' postures, and paths followed from random postures
-(`optimizer.single_arm.continuation`).
+Stages of Gauss-Newton leave a few candidates, IPOPT polishes them (`duocell.optimizer.single_arm.redundant.stages`).
+Two further nets are cast where joints have more than one turn, where the task is uneven, or where candidates had to
+give way: paths recombined from all seeds' postures, and paths followed from random postures
+(`duocell.optimizer.single_arm.continuation`).
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ from itertools import pairwise
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.cell.cell import Cell
-from models.robot.arm import TURN, Arm
-from optimizer.monitoring.watch import check_stop
-from optimizer.nlp.measure import objective_of
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.layers import LayeredPath, finish_path
-from optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
-from optimizer.single_arm.redundant.held_poses import with_held_poses
-from optimizer.single_arm.redundant.parameters import PARAMETERS, UnreducedParameters
-from optimizer.single_arm.redundant.ranking import distinct, figures, lifted
-from optimizer.single_arm.redundant.recombination import distinct_bases, recombined
-from optimizer.single_arm.redundant.stages import (
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
+from duocell.models.robot.arm import TURN, Arm
+from duocell.optimizer.monitoring.watch import check_stop
+from duocell.optimizer.nlp.measure import objective_of
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.layers import LayeredPath, finish_path
+from duocell.optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
+from duocell.optimizer.single_arm.redundant.held_poses import with_held_poses
+from duocell.optimizer.single_arm.redundant.parameters import PARAMETERS, UnreducedParameters
+from duocell.optimizer.single_arm.redundant.ranking import distinct, figures, lifted
+from duocell.optimizer.single_arm.redundant.recombination import distinct_bases, recombined
+from duocell.optimizer.single_arm.redundant.stages import (
     MOVED_ERROR,
     Staged,
     carried,
@@ -37,9 +37,9 @@ from optimizer.single_arm.redundant.stages import (
     staged,
     well_conditioned,
 )
-from optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, unreduced_problem
-from optimizer.single_arm.redundant.varied_paths import INSIDE, follow, on_task
-from optimizer.verification.verify import check
+from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, unreduced_problem
+from duocell.optimizer.single_arm.redundant.varied_paths import INSIDE, follow, on_task
+from duocell.optimizer.verification.verify import check
 
 Optimum = tuple[float, ArmPoint]
 Solver = Callable[[Cell, ArmPoint, float], list[Optimum]]
@@ -92,7 +92,7 @@ def search_unreduced(
     """Search the unreduced problem of one arm.
 
     Args:
-        cell: task and step limit. arm: the arm. box: (3, 2) m from `optimizer.reduction.box.search_box`.
+        cell: task and step limit. arm: the arm. box: (3, 2) m from `duocell.optimizer.reduction.box.search_box`.
         seed: of the draws. deadline: `time.perf_counter` value, soft.
         solve: polishes a candidate, on the cell or on a smaller task of it. parameters: of the stages.
         known: objective; what costs more is of no use.

@@ -10,15 +10,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.cell.cell import Cell
-from models.cell.jobs import joined, slices
-from models.kinematics.branches import posture_of
-from models.kinematics.chain import chain_of
-from models.kinematics.chain_columns import ColumnChain, column_chain
-from models.kinematics.closed_form import closed_form
-from models.robot.arm import Arm
-from optimizer.nlp.program import ArmPoint
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.jobs import joined, slices
+from duocell.models.kinematics.branches import posture_of
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.chain_columns import ColumnChain, column_chain
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.nlp.program import ArmPoint
 
 ENDLESS = 1e9
 """rad; stands for the limit of a joint without end, and for that of a free yaw."""

@@ -11,16 +11,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.cell.cell import Cell
-from models.robot.arm import Arm
-from optimizer.reduction.layers import LayeredPath, finish_path
-from optimizer.single_arm.continuation import continue_paths
-from optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
-from optimizer.single_arm.redundant.parameters import PARAMETERS, UnreducedParameters
-from optimizer.single_arm.redundant.ranking import figures, lifted
-from optimizer.single_arm.redundant.stages import first_seeds, middle_problem, spread, staged, through
-from optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, unreduced_problem
+from duocell.models.base.arrays import Floats
+from duocell.models.cell.cell import Cell
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.reduction.layers import LayeredPath, finish_path
+from duocell.optimizer.single_arm.continuation import continue_paths
+from duocell.optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
+from duocell.optimizer.single_arm.redundant.parameters import PARAMETERS, UnreducedParameters
+from duocell.optimizer.single_arm.redundant.ranking import figures, lifted
+from duocell.optimizer.single_arm.redundant.stages import first_seeds, middle_problem, spread, staged, through
+from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, unreduced_problem
 
 INSIDE = 5e-3
 """rad by which limits and steps are narrowed, so that soft limits are kept by what the task leaves."""
@@ -53,7 +53,7 @@ def varied_paths(
     """Paths of one arm from bases all over the box.
 
     Args:
-        cell: task and step limit. arm: the arm. box: (3, 2) m from `optimizer.reduction.box.search_box`.
+        cell: task and step limit. arm: the arm. box: (3, 2) m from `duocell.optimizer.reduction.box.search_box`.
         seed: of the draws. deadline: `time.perf_counter` value, soft.
         parameters: of the stages.
     """

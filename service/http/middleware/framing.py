@@ -5,7 +5,7 @@ from __future__ import annotations
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Receive, Scope, Send
 
-from service.common.problems import Problem, response
+from duocell.service.common.problems import Problem, response
 
 
 class Framing:

@@ -7,11 +7,11 @@ from ipaddress import IPv6Address, ip_address, ip_network
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.common.problems import Problem, response
-from service.common.routes import is_documentation
-from service.http.keys import Keyring
-from service.http.rate import Allowance, Buckets
-from service.settings import Access
+from duocell.service.common.problems import Problem, response
+from duocell.service.common.routes import is_documentation
+from duocell.service.http.keys import Keyring
+from duocell.service.http.rate import Allowance, Buckets
+from duocell.service.settings import Access
 
 ALWAYS_OPEN = frozenset({"/healthz", "/readyz"})
 """Orchestrators have no key, and must not be told to come back later."""

@@ -10,8 +10,8 @@ import uuid
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.common.routes import PROBES, route_of
-from service.observability import logs, metrics
+from duocell.service.common.routes import PROBES, route_of
+from duocell.service.observability import logs, metrics
 
 log = logging.getLogger("service.access")
 

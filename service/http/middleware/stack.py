@@ -5,14 +5,14 @@ from __future__ import annotations
 from fastapi import FastAPI
 from fastapi.middleware.cors import CORSMiddleware
 
-from service.http.keys import Keyring
-from service.http.middleware.framing import Framing
-from service.http.middleware.guard import Guard
-from service.http.middleware.head import Head
-from service.http.middleware.observe import Observe
-from service.http.middleware.security_headers import SecurityHeaders
-from service.http.middleware.unexpected import Unexpected
-from service.settings import Access
+from duocell.service.http.keys import Keyring
+from duocell.service.http.middleware.framing import Framing
+from duocell.service.http.middleware.guard import Guard
+from duocell.service.http.middleware.head import Head
+from duocell.service.http.middleware.observe import Observe
+from duocell.service.http.middleware.security_headers import SecurityHeaders
+from duocell.service.http.middleware.unexpected import Unexpected
+from duocell.service.settings import Access
 
 ASKED = ["Authorization", "Content-Type", "Idempotency-Key", "If-None-Match", "Last-Event-ID", "Prefer"]
 ASKED += ["X-API-Key", "X-Request-ID"]

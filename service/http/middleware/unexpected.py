@@ -7,7 +7,7 @@ import logging
 from starlette.requests import ClientDisconnect
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.common.problems import Problem, response
+from duocell.service.common.problems import Problem, response
 
 log = logging.getLogger(__name__)
 

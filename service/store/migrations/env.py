@@ -1,10 +1,10 @@
-"""Run by Alembic, on the connection it is handed (`service.store.migrate`)."""
+"""Run by Alembic, on the connection it is handed (`duocell.service.store.migrate`)."""
 
 from __future__ import annotations
 
 from alembic import context
 
-from service.store.tables import Base
+from duocell.service.store.tables import Base
 
 context.configure(
     connection=context.config.attributes["connection"],

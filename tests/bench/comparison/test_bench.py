@@ -15,11 +15,11 @@ from bench.comparison.tasks import all_tasks, free_height, quick_tasks, thesis_l
 from bench.draws.random_tasks import random_cell
 from bench.peers import PEERS
 from bench.timings.server import request_of
-from optimizer.reduction.reduced import evaluate, reduced_problem
-from service.requests.convert import cell_of
-from service.schemas.request import LayoutRequest
-from service.validation import validate
-from service.validation.strict_json import parse
+from duocell.optimizer.reduction.reduced import evaluate, reduced_problem
+from duocell.service.requests.convert import cell_of
+from duocell.service.schemas.request import LayoutRequest
+from duocell.service.validation import validate
+from duocell.service.validation.strict_json import parse
 
 OPTIMUM = 68.4789064
 BEST = np.array([0.1561, 0.9551, -0.8767])

@@ -6,8 +6,8 @@ import numpy as np
 
 from bench.conflicts.double_conflicts import changed, doubled
 from bench.conflicts.planted_conflicts import planted
-from optimizer.infeasibility.changes.candidates import candidates
-from optimizer.infeasibility.requirements import Kind, Requirement, Selection
+from duocell.optimizer.infeasibility.changes.candidates import candidates
+from duocell.optimizer.infeasibility.requirements import Kind, Requirement, Selection
 
 OBSTACLE = 6
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from bench.conflicts.planted_conflicts import amount_of, attempt, needed, planted, remedy_of
-from optimizer.infeasibility.searched.trial import clean
-from optimizer.verification.scene import Scene
+from duocell.optimizer.infeasibility.searched.trial import clean
+from duocell.optimizer.verification.scene import Scene
 
 REGION = 2
 

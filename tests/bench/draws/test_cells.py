@@ -11,9 +11,9 @@ import pytest
 from bench.draws.cell_draw import PAIRS
 from bench.draws.cells import BLOCKED, CELLS, beam_cell, real_cell
 from bench.judges.dense_check import dense_check
-from service.requests.convert import cell_of
-from service.schemas.request import LayoutRequest
-from service.validation import validate
+from duocell.service.requests.convert import cell_of
+from duocell.service.schemas.request import LayoutRequest
+from duocell.service.validation import validate
 
 
 def bodies(cell):

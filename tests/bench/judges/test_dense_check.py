@@ -10,16 +10,16 @@ import pytest
 from bench.judges.dense_check import dense_check
 from bench.judges.dense_path import object_steps
 from bench.judges.dense_rules import coupling_excess, floor_gap, region_excess
-from models.base.pose import rotation_z, transform
-from models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
-from models.cell.floor import Floor, Footprint
-from models.cell.surroundings import Clearances, Pedestal
-from models.cell.surroundings import Equipment as Brings
-from models.cell.task import Task
-from models.collision.collision import CollisionModel
-from models.geometry.shapes import Body, Capsule
-from models.robot.arm import BaseRegion, Interval
-from optimizer.clearance.clearance import check_clearance
+from duocell.models.base.pose import rotation_z, transform
+from duocell.models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.cell.floor import Floor, Footprint
+from duocell.models.cell.surroundings import Clearances, Pedestal
+from duocell.models.cell.surroundings import Equipment as Brings
+from duocell.models.cell.task import Task
+from duocell.models.collision.collision import CollisionModel
+from duocell.models.geometry.shapes import Body, Capsule
+from duocell.models.robot.arm import BaseRegion, Interval
+from duocell.optimizer.clearance.clearance import check_clearance
 from tests.support.given.arms import make_arm
 from tests.support.given.cells import beam_pair, random_obstacles
 

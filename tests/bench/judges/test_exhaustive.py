@@ -15,14 +15,14 @@ from bench.judges.dense_shapes import coal_shape
 from bench.judges.exhaustive import exhaustive
 from bench.judges.grid_stands import lattice_of, stands_of
 from bench.judges.inner_balls import Balls, point_distances
-from models.base.pose import transform
-from models.cell.coupling import Direction, Mirror, Rail
-from models.geometry.separation import separation
-from models.geometry.shapes import Body, Box, ConvexHull, HalfSpace, Sphere
-from models.robot.arm import Interval
-from service.requests.convert import cell_of
-from service.schemas.request import LayoutRequest
-from service.validation import validate
+from duocell.models.base.pose import transform
+from duocell.models.cell.coupling import Direction, Mirror, Rail
+from duocell.models.geometry.separation import separation
+from duocell.models.geometry.shapes import Body, Box, ConvexHull, HalfSpace, Sphere
+from duocell.models.robot.arm import Interval
+from duocell.service.requests.convert import cell_of
+from duocell.service.schemas.request import LayoutRequest
+from duocell.service.validation import validate
 from tests.support.given.solids import KINDS, random_shape
 
 EXAMPLES = Path(__file__).parents[3] / "examples"

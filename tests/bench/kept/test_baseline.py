@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from bench.kept.baseline import answered, cases, check, differences, write
-from service.schemas.evaluate import EVALUATE_EXAMPLE
+from duocell.service.schemas.evaluate import EVALUATE_EXAMPLE
 
 FOLDER = Path(__file__).parents[2] / "data" / "baseline"
 QUICK = (

@@ -9,10 +9,10 @@ from bench.random_arms.draw import KINDS, draw
 from bench.random_arms.judge import Known, Trial
 from bench.random_arms.long_search import long_search
 from bench.random_arms.table import table
-from optimizer.certificate.certify import certify
-from optimizer.reduction.box import search_box
-from optimizer.reduction.reduced import reduced_problem
-from optimizer.settings import CertificateSettings
+from duocell.optimizer.certificate.certify import certify
+from duocell.optimizer.reduction.box import search_box
+from duocell.optimizer.reduction.reduced import reduced_problem
+from duocell.optimizer.settings import CertificateSettings
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from bench.searches.own_arm import forward, inverse, own_arm
-from models.catalogue.catalogue import robot
-from models.kinematics.kinematics import flange_poses
+from duocell.models.catalogue.catalogue import robot
+from duocell.models.kinematics.kinematics import flange_poses
 
 
 @pytest.mark.parametrize("name", ["puma560", "ur10e", "kr6_r900", "lrmate200id", "fanuc_m710ic", "irb120"])

@@ -10,11 +10,11 @@ import pytest
 
 from bench.searches.own_stands import conditioning, own_stands, own_task
 from bench.trials.coupled_tasks import coupled_task
-from models.base.pose import inverse
-from models.cell.cell import Cell
-from models.cell.task import Task
-from models.kinematics.kinematics import characteristic_length, flange_poses, jacobians
-from models.robot.arm import Interval
+from duocell.models.base.pose import inverse
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.kinematics import characteristic_length, flange_poses, jacobians
+from duocell.models.robot.arm import Interval
 
 
 def _cells() -> list[Cell]:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from bench.trials.calibrated_arms import attempt, fault_of, own_best, planted
-from models.kinematics.nominal import nominal
-from optimizer.nlp.measure import objective_of
-from optimizer.verification.verify import check
+from duocell.models.kinematics.nominal import nominal
+from duocell.optimizer.nlp.measure import objective_of
+from duocell.optimizer.verification.verify import check
 
 
 @pytest.mark.parametrize("seed", [1, 4, 6])

@@ -13,7 +13,7 @@ from bench.judges.dense_check import dense_check
 from bench.trials.coupled_tasks import KINDS as TIES
 from bench.trials.coupled_tasks import coupled_task
 from bench.trials.invariance import attempt, change, differences, summary
-from models.robot.arm import Interval
+from duocell.models.robot.arm import Interval
 
 STEPS = 2e-2, 0.1
 

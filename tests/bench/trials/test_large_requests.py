@@ -9,9 +9,9 @@ import pytest
 
 from bench.draws.large_draw import large_request, meshes
 from bench.trials.large_requests import is_miss, summary
-from service.library.library import Library
-from service.requests.accept import accept
-from service.settings import Limits
+from duocell.service.library.library import Library
+from duocell.service.requests.accept import accept
+from duocell.service.settings import Limits
 
 
 @pytest.fixture(scope="module")

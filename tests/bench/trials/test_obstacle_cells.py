@@ -11,7 +11,7 @@ from bench.judges.dense_rules import coupling_excess
 from bench.searches.obstructed_search import obstructed_search
 from bench.searches.own_ties import FreeBases, free_bases
 from bench.trials.obstacle_cells import obstacle_cell
-from models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
 
 
 def test_a_cell_is_always_the_same_and_its_layout_works():

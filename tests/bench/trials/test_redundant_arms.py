@@ -10,8 +10,8 @@ import pytest
 from bench.draws.redundant_draw import arms_without_reduction, drawn_cell
 from bench.trials.redundant_arms import line_of, objective_if_usable, with_few_poses
 from bench.trials.trial import draw_of
-from optimizer.settings import Settings
-from optimizer.single_arm.search import search_arm
+from duocell.optimizer.settings import Settings
+from duocell.optimizer.single_arm.search import search_arm
 
 
 def test_every_robot_without_reduction_is_drawn():

@@ -8,7 +8,7 @@ from bench.draws.station_draw import KINDS, station_task
 from bench.judges.dense_check import dense_check
 from bench.trials.stations import attempt, random_search, summary, verdict
 from bench.trials.trial import Record, draw_of
-from optimizer.settings import Settings
+from duocell.optimizer.settings import Settings
 
 STEPS = 5e-3, 0.02
 

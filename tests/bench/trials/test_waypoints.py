@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bench.trials.waypoints import ROBOTS, STEP, summary, way_task
-from models.kinematics.kinematics import flange_poses
+from duocell.models.kinematics.kinematics import flange_poses
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -10,9 +10,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from models.base import pose
-from models.base.arrays import Floats
-from models.base.errors import InvalidRotation
+from duocell.models.base import pose
+from duocell.models.base.arrays import Floats
+from duocell.models.base.errors import InvalidRotation
 
 ANGLES = st.floats(-7.0, 7.0)
 TRIPLES = st.tuples(ANGLES, ANGLES, ANGLES)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from models.base.sampling import even_points
+from duocell.models.base.sampling import even_points
 
 
 @given(st.integers(1, 7), st.integers(1, 300), st.integers(0, 1000))

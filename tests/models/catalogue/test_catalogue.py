@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 import ssik
 
-from models.base.errors import UnknownRobot
-from models.base.pose import rotation_x, rotation_z, transform
-from models.catalogue import catalogue
-from models.catalogue.reference import SINGULAR
-from models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
+from duocell.models.base.errors import UnknownRobot
+from duocell.models.base.pose import rotation_x, rotation_z, transform
+from duocell.models.catalogue import catalogue
+from duocell.models.catalogue.reference import SINGULAR
+from duocell.models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
 
 DATA = tomllib.loads((Path(catalogue.__file__).parent / "robots" / "arms.toml").read_text(encoding="utf-8"))
 SHIPPED = [name for name in catalogue.names() if name != "puma560"]
@@ -121,10 +121,10 @@ def test_arm_is_loaded_once() -> None:
 
 def test_listing_names_loads_no_arm() -> None:
     code = (
-        "import sys; from models.catalogue import catalogue; catalogue.names(); catalogue.robot('ur5e');"
+        "import sys; from duocell.models.catalogue import catalogue; catalogue.names(); catalogue.robot('ur5e');"
         "print([m for m in sys.modules if m.startswith('ssik.prebuilt.') and m.endswith('_ik')])"
     )
-    root = Path(catalogue.__file__).parents[2]
+    root = Path(catalogue.__file__).parents[3]
     result = subprocess.run(
         [sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True, timeout=60
     )

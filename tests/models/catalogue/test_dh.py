@@ -10,10 +10,10 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from models.base.arrays import Floats
-from models.base.errors import InvalidRobot
-from models.catalogue.dh import DhRow, robot_from_dh
-from models.kinematics.kinematics import flange_poses
+from duocell.models.base.arrays import Floats
+from duocell.models.base.errors import InvalidRobot
+from duocell.models.catalogue.dh import DhRow, robot_from_dh
+from duocell.models.kinematics.kinematics import flange_poses
 
 ELBOW = [
     DhRow(-pi / 2, 0.0, 0.4, -3.0, 3.0),

@@ -8,12 +8,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from models.catalogue import catalogue
-from models.catalogue.links import estimated_radius, link_bodies, provenance, skeleton
-from models.geometry.bounding import bounding, segment_distances
-from models.geometry.shapes import Capsule, Sphere
-from models.kinematics.kinematics import reach
-from models.kinematics.link_frames import link_frames
+from duocell.models.catalogue import catalogue
+from duocell.models.catalogue.links import estimated_radius, link_bodies, provenance, skeleton
+from duocell.models.geometry.bounding import bounding, segment_distances
+from duocell.models.geometry.shapes import Capsule, Sphere
+from duocell.models.kinematics.kinematics import reach
+from duocell.models.kinematics.link_frames import link_frames
 from tests.support.given.arms import general_six, oblique_wrist, puma_by_table
 
 ROBOTS = [catalogue.robot(name) for name in catalogue.names()] + [general_six(), oblique_wrist(), puma_by_table()]

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.catalogue import catalogue
-from models.catalogue.reference import SINGULAR, mid_range, working_reference
-from models.kinematics.kinematics import characteristic_length, conditioning
+from duocell.models.catalogue import catalogue
+from duocell.models.catalogue.reference import SINGULAR, mid_range, working_reference
+from duocell.models.kinematics.kinematics import characteristic_length, conditioning
 
 
 def test_mid_range_is_zero_for_joints_without_end() -> None:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.catalogue import catalogue
-from models.catalogue.links import link_bodies
-from models.catalogue.self_pairs import self_pairs
-from models.geometry.bounding import bounding
-from models.geometry.separation import separation
-from models.geometry.shapes import Body, Box
-from models.kinematics.link_frames import link_frames
+from duocell.models.catalogue import catalogue
+from duocell.models.catalogue.links import link_bodies
+from duocell.models.catalogue.self_pairs import self_pairs
+from duocell.models.geometry.bounding import bounding
+from duocell.models.geometry.separation import separation
+from duocell.models.geometry.shapes import Body, Box
+from duocell.models.kinematics.link_frames import link_frames
 from tests.support.given.arms import general_six, oblique_wrist
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.pose import inverse, rotation_x, rotation_z, transform
-from models.cell.cell import DEFAULT_MAX_JOINT_STEP, Cell
-from models.cell.task import Task
+from duocell.models.base.pose import inverse, rotation_x, rotation_z, transform
+from duocell.models.cell.cell import DEFAULT_MAX_JOINT_STEP, Cell
+from duocell.models.cell.task import Task
 from tests.support.given.arms import make_arm
 
 POSES = transform(rotation_z(np.array([0.1, 0.7])), np.array([[1.0, 2.0, 3.0], [1.1, 2.1, 3.1]]))

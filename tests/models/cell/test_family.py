@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.base.errors import InvalidTask
-from models.base.pose import inverse, rotation_x, rotation_z, transform
-from models.cell.cell import Cell
-from models.cell.family import Job, family
-from models.cell.task import Task, line
+from duocell.models.base.errors import InvalidTask
+from duocell.models.base.pose import inverse, rotation_x, rotation_z, transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.family import Job, family
+from duocell.models.cell.task import Task, line
 from tests.support.given.arms import make_arm
 
 FIRST = line(transform(np.eye(3), [0.5, 0.0, 0.1]), transform(rotation_z(0.4), [0.7, 0.2, 0.1]), 3)

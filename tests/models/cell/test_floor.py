@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapely import affinity
 
-from models.base.errors import InvalidInput
-from models.cell.floor import OUTSIDE, POINT, Floor, Footprint
+from duocell.models.base.errors import InvalidInput
+from duocell.models.cell.floor import OUTSIDE, POINT, Floor, Footprint
 
 ROOM = np.array([[0, 0], [4, 0], [4, 1], [1, 1], [1, 3], [0, 3]], dtype=float)  # an L
 PIT = np.array([[2.0, 0.2], [2.5, 0.2], [2.5, 0.5], [2.0, 0.5]])

@@ -9,14 +9,14 @@ from scipy.spatial.transform import Rotation
 
 from bench.judges.dense_mounting import carriers as judged_carriers
 from bench.judges.dense_shapes import coal_shape
-from models.base.pose import rotation_x, transform
-from models.catalogue.links import LinkBody
-from models.cell.floor import Footprint
-from models.cell.mounting import DEPTH, Mounting, face_depth
-from models.cell.surroundings import Clearances, Equipment, Pedestal, Surroundings
-from models.collision.collision import CollisionModel
-from models.geometry.floor_level import ABOVE, lowest
-from models.geometry.shapes import Body, Box, Capsule, Cylinder, HalfSpace
+from duocell.models.base.pose import rotation_x, transform
+from duocell.models.catalogue.links import LinkBody
+from duocell.models.cell.floor import Footprint
+from duocell.models.cell.mounting import DEPTH, Mounting, face_depth
+from duocell.models.cell.surroundings import Clearances, Equipment, Pedestal, Surroundings
+from duocell.models.collision.collision import CollisionModel
+from duocell.models.geometry.floor_level import ABOVE, lowest
+from duocell.models.geometry.shapes import Body, Box, Capsule, Cylinder, HalfSpace
 from tests.support.given.arms import make_arm
 from tests.support.given.solids import KINDS, random_shape
 

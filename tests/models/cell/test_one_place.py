@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.cell.coupling.apart import Apart
-from models.cell.one_place import NEAREST, in_one_place, one_machine
+from duocell.models.cell.coupling.apart import Apart
+from duocell.models.cell.one_place import NEAREST, in_one_place, one_machine
 from tests.support.given.arms import make_arm
 
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.base.kept import KEPT
-from models.cell.singular_margins import ELBOW, margins_along, margins_at_poses, spare_terms
-from models.kinematics.closed_form import closed_form
-from models.robot.arm import SINGULAR_WRIST
+from duocell.models.base.kept import KEPT
+from duocell.models.cell.singular_margins import ELBOW, margins_along, margins_at_poses, spare_terms
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.robot.arm import SINGULAR_WRIST
 from tests.support.given.arms import make_arm
 
 

@@ -7,10 +7,10 @@ import pickle
 import numpy as np
 import pytest
 
-from models.base.errors import InvalidInput
-from models.cell.floor import POINT, Footprint
-from models.cell.surroundings import Clearances, Equipment, PairClass, Part, Pedestal, Surroundings
-from models.geometry.shapes import Body, Box, ConvexHull, Cylinder, HalfSpace, Sphere
+from duocell.models.base.errors import InvalidInput
+from duocell.models.cell.floor import POINT, Footprint
+from duocell.models.cell.surroundings import Clearances, Equipment, PairClass, Part, Pedestal, Surroundings
+from duocell.models.geometry.shapes import Body, Box, ConvexHull, Cylinder, HalfSpace, Sphere
 from tests.support.given.solids import support
 
 BALL = Body("ball", np.eye(4), Sphere(0.1))

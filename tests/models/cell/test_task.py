@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from models.base.arrays import Floats
-from models.base.errors import InvalidTask
-from models.base.pose import inverse, rotation_about, rotation_angle, rotation_from_rpy, transform
-from models.cell.task import Task, arc_about_normal, arc_through_center, line, task_from_poses
+from duocell.models.base.arrays import Floats
+from duocell.models.base.errors import InvalidTask
+from duocell.models.base.pose import inverse, rotation_about, rotation_angle, rotation_from_rpy, transform
+from duocell.models.cell.task import Task, arc_about_normal, arc_through_center, line, task_from_poses
 
 LENGTHS = st.floats(-3.0, 3.0)
 POINTS = st.tuples(LENGTHS, LENGTHS, LENGTHS)

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_x, rotation_z, transform
-from models.cell.floor import Footprint
-from models.cell.surroundings import Clearances, Equipment, PairClass, Part, Pedestal, Surroundings
-from models.collision.collision import CollisionModel
-from models.collision.collision_bodies import collect
-from models.geometry.separation import separation
-from models.geometry.shapes import Body, Box, Sphere
-from models.kinematics.kinematics import flange_poses
+from duocell.models.base.pose import rotation_x, rotation_z, transform
+from duocell.models.cell.floor import Footprint
+from duocell.models.cell.surroundings import Clearances, Equipment, PairClass, Part, Pedestal, Surroundings
+from duocell.models.collision.collision import CollisionModel
+from duocell.models.collision.collision_bodies import collect
+from duocell.models.geometry.separation import separation
+from duocell.models.geometry.shapes import Body, Box, Sphere
+from duocell.models.kinematics.kinematics import flange_poses
 from tests.support.given.arms import make_arm
 from tests.support.given.cells import ALL, FLOOR, beam_pair, random_obstacles
 

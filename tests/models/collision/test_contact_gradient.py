@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_about, rotation_x, rotation_z, transform
-from models.cell.surroundings import PairClass
-from models.collision.collision import CollisionModel
-from models.collision.contact_gradient import contact_gradients
+from duocell.models.base.pose import rotation_about, rotation_x, rotation_z, transform
+from duocell.models.cell.surroundings import PairClass
+from duocell.models.collision.collision import CollisionModel
+from duocell.models.collision.contact_gradient import contact_gradients
 from tests.support.given.cells import beam_pair, random_obstacles
 
 SCENE = beam_pair(obstacles=random_obstacles(np.random.default_rng(5), 6, [-1.5, -1.0, 0.2], [1.5, 1.5, 1.5]))

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from models.collision.grasp_zone import outside_zones
-from models.geometry.separation import separation
-from models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Sphere
+from duocell.models.collision.grasp_zone import outside_zones
+from duocell.models.geometry.separation import separation
+from duocell.models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Sphere
 from tests.support.given.solids import KINDS, SEED, random_pose, random_shape
 
 SPECK = Sphere(1e-5)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from bench.draws.beam import beam_cell
-from models.collision.collision import CollisionModel, Configurations
-from models.collision.pair_bounds import PairBounds
+from duocell.models.collision.collision import CollisionModel, Configurations
+from duocell.models.collision.pair_bounds import PairBounds
 
 
 @pytest.fixture(scope="module")

@@ -7,10 +7,10 @@ from xml.etree import ElementTree
 
 import pytest
 
-from models.base.errors import InvalidRobot
-from models.description.chain_choice import ChainChoice, choose_chain
-from models.description.link_tree import LinkTree
-from models.description.urdf_file import read_document
+from duocell.models.base.errors import InvalidRobot
+from duocell.models.description.chain_choice import ChainChoice, choose_chain
+from duocell.models.description.link_tree import LinkTree
+from duocell.models.description.urdf_file import read_document
 from tests.support.given.acceptance import FOLDER
 
 

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from models.base.arrays import Floats
-from models.base.errors import InvalidRobot
-from models.catalogue import catalogue
-from models.description.urdf import robot_from_urdf
-from models.kinematics.kinematics import flange_poses
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Floats
+from duocell.models.base.errors import InvalidRobot
+from duocell.models.catalogue import catalogue
+from duocell.models.description.urdf import robot_from_urdf
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.robot.robot import Robot
 
 
 def digits(values: Floats) -> str:

@@ -9,13 +9,13 @@ import pinocchio as pin
 import pytest
 import trimesh
 
-from models.base.errors import InvalidRobot
-from models.catalogue.links import link_bodies, provenance
-from models.description.urdf import robot_from_urdf
-from models.description.urdf_bodies import urdf_link_bodies
-from models.description.urdf_file import build_model, read_document
-from models.geometry.shapes import Box, Capsule, ConvexHull, Cylinder, Sphere
-from models.kinematics.link_frames import link_frames
+from duocell.models.base.errors import InvalidRobot
+from duocell.models.catalogue.links import link_bodies, provenance
+from duocell.models.description.urdf import robot_from_urdf
+from duocell.models.description.urdf_bodies import urdf_link_bodies
+from duocell.models.description.urdf_file import build_model, read_document
+from duocell.models.geometry.shapes import Box, Capsule, ConvexHull, Cylinder, Sphere
+from duocell.models.kinematics.link_frames import link_frames
 from tests.support.given.acceptance import FOLDER
 from tests.support.given.solids import support
 

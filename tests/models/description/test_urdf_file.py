@@ -6,8 +6,8 @@ import time
 
 import pytest
 
-from models.base.errors import InvalidRobot
-from models.description.urdf_file import parse_document
+from duocell.models.base.errors import InvalidRobot
+from duocell.models.description.urdf_file import parse_document
 
 LAUGHS = "".join(f'<!ENTITY l{i} "{f"&l{i - 1};" * 10}">' for i in range(1, 12))
 BILLION_LAUGHS = f'<?xml version="1.0"?><!DOCTYPE robot [<!ENTITY l0 "lol">{LAUGHS}]><robot name="&l11;"/>'

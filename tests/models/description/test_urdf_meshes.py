@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from models.base.errors import InvalidInput
-from models.description.urdf_meshes import best_matches, meshes_near, parts_of
+from duocell.models.base.errors import InvalidInput
+from duocell.models.description.urdf_meshes import best_matches, meshes_near, parts_of
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from models.geometry.bounding import (
+from duocell.models.geometry.bounding import (
     bounding,
     box_distances,
     box_gaps,
@@ -16,8 +16,8 @@ from models.geometry.bounding import (
     exact_box_distances,
     segment_distances,
 )
-from models.geometry.separation import separation
-from models.geometry.shapes import Box, Capsule, HalfSpace, Sphere
+from duocell.models.geometry.separation import separation
+from duocell.models.geometry.shapes import Box, Capsule, HalfSpace, Sphere
 from tests.support.given.solids import KINDS, SEED, random_pose, random_shape, surface_points
 
 

@@ -8,7 +8,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from models.geometry.convex_polygons import convex_parts, hull_and_dents, opened, polygon_gaps
+from duocell.models.geometry.convex_polygons import convex_parts, hull_and_dents, opened, polygon_gaps
 
 
 @st.composite

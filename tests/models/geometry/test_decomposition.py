@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from models.base.errors import InvalidInput
-from models.geometry.decomposition import decompose, sticking_out
-from models.geometry.meshes import Mesh, read_triangles
+from duocell.models.base.errors import InvalidInput
+from duocell.models.geometry.decomposition import decompose, sticking_out
+from duocell.models.geometry.meshes import Mesh, read_triangles
 from tests.support.given.acceptance import FOLDER
 
 

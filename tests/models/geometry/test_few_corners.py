@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import ConvexHull as Hull
 
-from models.base.arrays import Floats
-from models.geometry.decomposition import decompose
-from models.geometry.few_corners import MOST_CORNERS, enclosing_corners
-from models.geometry.meshes import Mesh
+from duocell.models.base.arrays import Floats
+from duocell.models.geometry.decomposition import decompose
+from duocell.models.geometry.few_corners import MOST_CORNERS, enclosing_corners
+from duocell.models.geometry.meshes import Mesh
 
 
 def sticking_out(points: Floats, hull: Hull) -> float:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_x, rotation_z, transform
-from models.cell.floor import Footprint
-from models.cell.surroundings import Clearances, Equipment, PairClass, Pedestal, Surroundings
-from models.collision.collision import CollisionModel
-from models.geometry.floor_level import bulges_below, ends_at, highest
-from models.geometry.separation import separation
-from models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
-from models.robot.arm import Interval
+from duocell.models.base.pose import rotation_x, rotation_z, transform
+from duocell.models.cell.floor import Footprint
+from duocell.models.cell.surroundings import Clearances, Equipment, PairClass, Pedestal, Surroundings
+from duocell.models.collision.collision import CollisionModel
+from duocell.models.geometry.floor_level import bulges_below, ends_at, highest
+from duocell.models.geometry.separation import separation
+from duocell.models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
+from duocell.models.robot.arm import Interval
 from tests.support.given.arms import make_arm, region
 
 LYING, LEANING, STEEP = rotation_x(np.pi / 2), rotation_x(0.6), rotation_x(1.2)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from models.base.errors import InvalidInput
-from models.geometry.decomposition import decompose
-from models.geometry.meshes import Mesh, in_metres, read_triangles
+from duocell.models.base.errors import InvalidInput
+from duocell.models.geometry.decomposition import decompose
+from duocell.models.geometry.meshes import Mesh, in_metres, read_triangles
 
 CUBE = trimesh.creation.box((1.0, 2.0, 3.0))
 
@@ -70,7 +70,7 @@ def test_refused_with_a_pointer(data, kind, scale, pointer):
 
 
 def test_too_many_triangles(monkeypatch):
-    monkeypatch.setattr("models.geometry.meshes.MOST_TRIANGLES", 11)
+    monkeypatch.setattr("duocell.models.geometry.meshes.MOST_TRIANGLES", 11)
     with pytest.raises(InvalidInput, match="12 triangles"):
         read_triangles(as_stl(CUBE), "stl")
 

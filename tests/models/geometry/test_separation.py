@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from models.base.arrays import Floats
-from models.base.pose import rotation_x, rotation_y, transform
-from models.geometry import separation as separation_module
-from models.geometry.separation import UNKNOWN_DEPTH, Separation, separation
-from models.geometry.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import rotation_x, rotation_y, transform
+from duocell.models.geometry import separation as separation_module
+from duocell.models.geometry.separation import UNKNOWN_DEPTH, Separation, separation
+from duocell.models.geometry.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
 from tests.support.given.solids import KINDS, SEED, random_pose, random_shape, signed_distance
 
 HERE = np.eye(4)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.base.errors import InvalidInput
-from models.base.pose import transform
-from models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Sphere
+from duocell.models.base.errors import InvalidInput
+from duocell.models.base.pose import transform
+from duocell.models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Sphere
 
 CUBE = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
 

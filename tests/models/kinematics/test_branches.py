@@ -12,15 +12,15 @@ import ssik
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from models.base.pose import rotation_angle
-from models.catalogue import catalogue
-from models.catalogue.dh import DhRow, robot_from_dh
-from models.kinematics.branches import posture_terms, signs_of, solve_branches, solve_signed
-from models.kinematics.closed_form import closed_form
-from models.kinematics.inverse import REACHED
-from models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
-from models.robot.posture import ALL_SIGNS
-from models.robot.robot import Robot
+from duocell.models.base.pose import rotation_angle
+from duocell.models.catalogue import catalogue
+from duocell.models.catalogue.dh import DhRow, robot_from_dh
+from duocell.models.kinematics.branches import posture_terms, signs_of, solve_branches, solve_signed
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.inverse import REACHED
+from duocell.models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
+from duocell.models.robot.posture import ALL_SIGNS
+from duocell.models.robot.robot import Robot
 from tests.support.angles import same_set, wrapped
 from tests.support.given.arms import random_joints
 from tests.support.given.classes import CLOSED

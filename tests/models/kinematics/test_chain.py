@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from models.base.pose import rotation_about, rotation_x, rotation_z, transform
-from models.catalogue import catalogue
-from models.kinematics.chain import chain_of, meeting_point, parallel
-from models.kinematics.kinematics import flange_poses
+from duocell.models.base.pose import rotation_about, rotation_x, rotation_z, transform
+from duocell.models.catalogue import catalogue
+from duocell.models.kinematics.chain import chain_of, meeting_point, parallel
+from duocell.models.kinematics.kinematics import flange_poses
 
 
 def screw(axis, point) -> np.ndarray:

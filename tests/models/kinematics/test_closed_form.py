@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_x, transform
-from models.catalogue import catalogue
-from models.kinematics.closed_form import closed_form
-from models.kinematics.kinematics import flange_poses
+from duocell.models.base.pose import rotation_x, transform
+from duocell.models.catalogue import catalogue
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.kinematics import flange_poses
 from tests.support.angles import wrapped
 from tests.support.given.arms import general_six, oblique_wrist, puma_by_table, random_joints, skew_robot
 from tests.support.given.classes import CLOSED, OTHERS

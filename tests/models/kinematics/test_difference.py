@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_angle
-from models.kinematics.chain import chain_of
-from models.kinematics.closed_form import closed_form
-from models.kinematics.difference import SAME, moved_apart
-from models.kinematics.kinematics import flange_poses
-from models.kinematics.nominal import nominal, singular_fifth
+from duocell.models.base.pose import rotation_angle
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.difference import SAME, moved_apart
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.kinematics.nominal import nominal, singular_fifth
 from tests.models.kinematics.test_nominal import calibrated
 from tests.support.given.arms import general_six
 from tests.support.oracles.signs import joint_axes

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 import ssik
 
-from models.base.arrays import Floats
-from models.base.pose import transform
-from models.catalogue import catalogue
-from models.kinematics.forward import flange_function
-from models.kinematics.kinematics import flange_poses, jacobians
-from models.robot.robot import Robot
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import transform
+from duocell.models.catalogue import catalogue
+from duocell.models.kinematics.forward import flange_function
+from duocell.models.kinematics.kinematics import flange_poses, jacobians
+from duocell.models.robot.robot import Robot
 
 
 def by_casadi(robot: Robot, joints: Floats) -> Floats:

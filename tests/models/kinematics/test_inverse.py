@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import ssik
 
-from models.catalogue import catalogue
-from models.kinematics.closed_form import closed_form
-from models.kinematics.inverse import branches, posture_definitions, source_of_branches
-from models.kinematics.kinematics import flange_poses
-from models.kinematics.numeric_inverse import numeric_branches
+from duocell.models.catalogue import catalogue
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.inverse import branches, posture_definitions, source_of_branches
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.kinematics.numeric_inverse import numeric_branches
 from tests.support.angles import same_set, wrapped
 from tests.support.given.arms import general_six, oblique_wrist, puma_by_table, random_joints
 from tests.support.given.classes import OTHERS

@@ -8,11 +8,11 @@ from math import hypot, pi, sqrt
 import numpy as np
 import pytest
 
-from models.base.arrays import Floats
-from models.base.pose import rotation_from_rpy, rotation_vector, transform
-from models.catalogue import catalogue
-from models.catalogue.dh import DhRow, robot_from_dh
-from models.kinematics.kinematics import (
+from duocell.models.base.arrays import Floats
+from duocell.models.base.pose import rotation_from_rpy, rotation_vector, transform
+from duocell.models.catalogue import catalogue
+from duocell.models.catalogue.dh import DhRow, robot_from_dh
+from duocell.models.kinematics.kinematics import (
     FLANGE,
     characteristic_length,
     conditioning,
@@ -22,7 +22,7 @@ from models.kinematics.kinematics import (
     reach,
     reach_sphere,
 )
-from models.robot.robot import Robot
+from duocell.models.robot.robot import Robot
 
 TOOL = transform(rotation_from_rpy((0.3, -0.2, 1.0)), [0.05, -0.02, 0.12])
 

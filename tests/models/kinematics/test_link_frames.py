@@ -6,9 +6,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from models.catalogue import catalogue
-from models.kinematics.kinematics import pinocchio_model
-from models.kinematics.link_frames import link_frames
+from duocell.models.catalogue import catalogue
+from duocell.models.kinematics.kinematics import pinocchio_model
+from duocell.models.kinematics.link_frames import link_frames
 from tests.support.given.arms import general_six, oblique_wrist
 
 ROBOTS = [catalogue.robot(name) for name in catalogue.names()] + [general_six(), oblique_wrist()]

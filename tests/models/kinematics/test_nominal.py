@@ -7,17 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_about, rotation_angle, transform
-from models.catalogue import catalogue
-from models.catalogue.reference import working_reference
-from models.description.urdf import robot_from_urdf
-from models.kinematics.chain import chain_of
-from models.kinematics.closed_form import closed_form
-from models.kinematics.inverse import branches, source_of_branches
-from models.kinematics.kinematics import flange_poses
-from models.kinematics.link_frames import link_frames
-from models.kinematics.nominal import as_drawn, nominal, posture_form
-from models.robot.robot import Robot
+from duocell.models.base.pose import rotation_about, rotation_angle, transform
+from duocell.models.catalogue import catalogue
+from duocell.models.catalogue.reference import working_reference
+from duocell.models.description.urdf import robot_from_urdf
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.inverse import branches, source_of_branches
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.kinematics.link_frames import link_frames
+from duocell.models.kinematics.nominal import as_drawn, nominal, posture_form
+from duocell.models.robot.robot import Robot
 from tests.support.given.acceptance import FOLDER
 from tests.support.given.arms import general_six, random_joints
 

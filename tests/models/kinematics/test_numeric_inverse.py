@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.catalogue import catalogue
-from models.kinematics.branches import solve_branches
-from models.kinematics.closed_form import closed_form
-from models.kinematics.inverse import REACHED
-from models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
-from models.kinematics.numeric_inverse import numeric_branches
+from duocell.models.catalogue import catalogue
+from duocell.models.kinematics.branches import solve_branches
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.inverse import REACHED
+from duocell.models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
+from duocell.models.kinematics.numeric_inverse import numeric_branches
 from tests.support.angles import wrapped
 from tests.support.given.arms import general_six, random_joints
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.base.kept import KEPT
-from models.kinematics.closed_form import closed_form
-from models.kinematics.kinematics import characteristic_length, conditioning
-from models.kinematics.wrist_singularity import wrist_distance, wrist_shortfall
-from models.robot.arm import SINGULAR_WRIST
+from duocell.models.base.kept import KEPT
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.kinematics import characteristic_length, conditioning
+from duocell.models.kinematics.wrist_singularity import wrist_distance, wrist_shortfall
+from duocell.models.robot.arm import SINGULAR_WRIST
 from tests.support.given.arms import make_arm, oblique_wrist, random_joints
 
 

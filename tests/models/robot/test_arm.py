@@ -9,8 +9,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from models.catalogue.catalogue import robot
-from models.robot.arm import FREE_YAW, Interval, equal_weights, range_weights
+from duocell.models.catalogue.catalogue import robot
+from duocell.models.robot.arm import FREE_YAW, Interval, equal_weights, range_weights
 from tests.support.angles import TURN, wrapped
 from tests.support.given.arms import make_arm, region
 

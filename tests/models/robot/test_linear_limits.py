@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.base.errors import InvalidRobot
-from models.robot.linear_limits import LinearLimits, row_name, sums_between
+from duocell.models.base.errors import InvalidRobot
+from duocell.models.robot.linear_limits import LinearLimits, row_name, sums_between
 from tests.support.given.arms import make_arm
 
 ROW = [0.0, 1.0, 1.0, 0.0, 0.0, 0.0]

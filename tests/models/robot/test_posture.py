@@ -6,7 +6,7 @@ from itertools import product
 
 import pytest
 
-from models.robot.posture import ALL_SIGNS, ELBOW, SHOULDER, WRIST, Posture, name_signs
+from duocell.models.robot.posture import ALL_SIGNS, ELBOW, SHOULDER, WRIST, Posture, name_signs
 
 WANTS = (None, 1, -1)
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.base.arrays import Floats
-from models.base.errors import InvalidInput
-from models.catalogue import catalogue
-from models.kinematics.chain import Chain, chain_of
-from models.robot.robot_frames import ISO_9787
+from duocell.models.base.arrays import Floats
+from duocell.models.base.errors import InvalidInput
+from duocell.models.catalogue import catalogue
+from duocell.models.kinematics.chain import Chain, chain_of
+from duocell.models.robot.robot_frames import ISO_9787
 
 NOT_ALONG_THE_LAST_AXIS = {"openarm_left", "openarm_right", "r1pro_left", "r1pro_right"}
 """Their last joint bends the wrist: the hand continues across its axis."""

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from optimizer.baselines.conjugate_gradients import DescentSettings, Point, fletcher_reeves
+from duocell.optimizer.baselines.conjugate_gradients import DescentSettings, Point, fletcher_reeves
 
 
 def _descend(value, gradient, start, inside=lambda x: True, **options):

@@ -3,10 +3,10 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from models.base.pose import inverse, rotation_z, transform
-from models.kinematics.kinematics import flange_poses
-from models.robot.posture import ALL_SIGNS
-from optimizer.baselines.gradient import Followed, PostureFunction, paths_at
+from duocell.models.base.pose import inverse, rotation_z, transform
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.robot.posture import ALL_SIGNS
+from duocell.optimizer.baselines.gradient import Followed, PostureFunction, paths_at
 from tests.support.given.problems import PROBLEMS, STEP, names, near, postures
 
 

@@ -7,16 +7,16 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from models.catalogue.catalogue import robot
-from models.cell.cell import Cell
-from models.robot.arm import Arm, BaseRegion, Interval, range_weights
-from models.robot.posture import ALL_SIGNS, name_signs
-from optimizer.baselines.gradient import PostureFunction, paths_at
-from optimizer.baselines.penalty import METHODS, minimise_from, nearest_posture, run_baseline
-from optimizer.baselines.starts import LEFT, RIGHT, source_start
-from optimizer.reduction.reduced import evaluate, reduced_problem
-from optimizer.results.layout import Baseline
-from optimizer.settings import Settings
+from duocell.models.catalogue.catalogue import robot
+from duocell.models.cell.cell import Cell
+from duocell.models.robot.arm import Arm, BaseRegion, Interval, range_weights
+from duocell.models.robot.posture import ALL_SIGNS, name_signs
+from duocell.optimizer.baselines.gradient import PostureFunction, paths_at
+from duocell.optimizer.baselines.penalty import METHODS, minimise_from, nearest_posture, run_baseline
+from duocell.optimizer.baselines.starts import LEFT, RIGHT, source_start
+from duocell.optimizer.reduction.reduced import evaluate, reduced_problem
+from duocell.optimizer.results.layout import Baseline
+from duocell.optimizer.settings import Settings
 from tests.support.given.thesis import BEST_KNOWN, CELLS, LOWER_BOUNDS, MAIN_GRASP
 
 

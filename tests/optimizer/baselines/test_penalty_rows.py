@@ -3,10 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.robot.arm import Interval
-from optimizer.baselines.gradient import PostureFunction
-from optimizer.baselines.penalty_rows import INVERSE_BARRIER, LOG_BARRIER, ConstrainedPosture, exterior
-from optimizer.reduction.reduced import reduced_problem
+from duocell.models.robot.arm import Interval
+from duocell.optimizer.baselines.gradient import PostureFunction
+from duocell.optimizer.baselines.penalty_rows import INVERSE_BARRIER, LOG_BARRIER, ConstrainedPosture, exterior
+from duocell.optimizer.reduction.reduced import reduced_problem
 from tests.support.given.problems import STEP
 from tests.support.given.thesis import CELLS
 

@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
-from models.catalogue.catalogue import robot
-from models.kinematics.closed_form import closed_form
-from models.kinematics.kinematics import flange_poses
-from optimizer.baselines.gradient import PostureFunction
-from optimizer.baselines.reach import reach_range
+from duocell.models.catalogue.catalogue import robot
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.optimizer.baselines.gradient import PostureFunction
+from duocell.optimizer.baselines.reach import reach_range
 from tests.support.given.problems import PROBLEMS, STEP, anywhere, names, postures
 
 

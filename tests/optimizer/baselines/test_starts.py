@@ -1,14 +1,14 @@
 import numpy as np
 import pytest
 
-from models.base.pose import transform
-from models.catalogue.catalogue import robot
-from models.cell.cell import Cell
-from models.cell.task import Task
-from models.kinematics.closed_form import closed_form
-from models.robot.arm import Arm, BaseRegion, Interval, equal_weights
-from optimizer.baselines.reach import reach_range
-from optimizer.baselines.starts import LEFT, RIGHT, source_start
+from duocell.models.base.pose import transform
+from duocell.models.catalogue.catalogue import robot
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.robot.arm import Arm, BaseRegion, Interval, equal_weights
+from duocell.optimizer.baselines.reach import reach_range
+from duocell.optimizer.baselines.starts import LEFT, RIGHT, source_start
 
 ANYWHERE = Interval(-5.0, 5.0)
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from optimizer.baselines.wolfe import Trial, WolfeSettings, search_line
+from duocell.optimizer.baselines.wolfe import Trial, WolfeSettings, search_line
 
 RULES = WolfeSettings()
 

@@ -8,22 +8,22 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from models.base.pose import rotation_x
-from models.catalogue.catalogue import robot
-from models.cell.cell import Cell
-from models.cell.task import Task
-from models.kinematics.branches import posture_of, posture_terms
-from models.kinematics.closed_form import ClosedForm, closed_form
-from models.kinematics.difference import SAME
-from models.kinematics.kinematics import flange_poses
-from models.kinematics.nominal import nominal
-from models.robot.posture import ALL_SIGNS
-from models.robot.robot import Robot
-from optimizer.certificate.bounds.box_bounds import BoxBounder
-from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.nlp.measure import objective_of
-from optimizer.reduction.reduced import reduced_problem
-from optimizer.single_arm.as_drawn import problem_of_drawing
+from duocell.models.base.pose import rotation_x
+from duocell.models.catalogue.catalogue import robot
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.branches import posture_of, posture_terms
+from duocell.models.kinematics.closed_form import ClosedForm, closed_form
+from duocell.models.kinematics.difference import SAME
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.kinematics.nominal import nominal
+from duocell.models.robot.posture import ALL_SIGNS
+from duocell.models.robot.robot import Robot
+from duocell.optimizer.certificate.bounds.box_bounds import BoxBounder
+from duocell.optimizer.certificate.bounds.boxes import Boxes
+from duocell.optimizer.nlp.measure import objective_of
+from duocell.optimizer.reduction.reduced import reduced_problem
+from duocell.optimizer.single_arm.as_drawn import problem_of_drawing
 from tests.models.kinematics.test_nominal import calibrated
 from tests.support.given.arms import make_arm, region
 

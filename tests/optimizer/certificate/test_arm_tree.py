@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from bench.draws.cells import real_cell
-from optimizer.certificate.arm_tree import ArmTree
-from optimizer.certificate.certify import certify
-from optimizer.coupled.combinations.pool import alone_scene, own_lacks
-from optimizer.reduction.reduced import ReducedProblem, reduced_problem
-from optimizer.settings import CertificateSettings
-from optimizer.verification.scene import Scene
-from optimizer.verification.verify import check
+from duocell.optimizer.certificate.arm_tree import ArmTree
+from duocell.optimizer.certificate.certify import certify
+from duocell.optimizer.coupled.combinations.pool import alone_scene, own_lacks
+from duocell.optimizer.reduction.reduced import ReducedProblem, reduced_problem
+from duocell.optimizer.settings import CertificateSettings
+from duocell.optimizer.verification.scene import Scene
+from duocell.optimizer.verification.verify import check
 
 
 def _tree(seed: int, index: int) -> tuple[ArmTree, Scene, ReducedProblem]:

@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 
 from bench.draws.cells import real_cell
-from models.cell.cell import Cell
-from models.robot.arm import BaseRegion, Interval
-from optimizer.certificate.cell_proof import CellProof, prove_cell
-from optimizer.certificate.leaves import excluded_shares
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.reduced import reduced_problem
-from optimizer.settings import CertificateSettings
-from optimizer.sqp.refine import Refined
-from optimizer.verification.scene import Scene
+from duocell.models.cell.cell import Cell
+from duocell.models.robot.arm import BaseRegion, Interval
+from duocell.optimizer.certificate.cell_proof import CellProof, prove_cell
+from duocell.optimizer.certificate.leaves import excluded_shares
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.reduced import reduced_problem
+from duocell.optimizer.settings import CertificateSettings
+from duocell.optimizer.sqp.refine import Refined
+from duocell.optimizer.verification.scene import Scene
 
 
 def _proof(cell: Cell, known: list[Refined], settings: CertificateSettings) -> CellProof:

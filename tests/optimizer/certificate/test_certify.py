@@ -7,23 +7,23 @@ from itertools import count, pairwise
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_x, rotation_y, transform
-from models.cell.cell import Cell
-from models.cell.task import Task, line
-from models.kinematics.kinematics import characteristic_length, conditioning
-from models.robot.arm import Arm, BaseRegion, Interval
-from models.robot.posture import ALL_SIGNS, Posture
-from optimizer.certificate.certify import BranchAndBound, certify
-from optimizer.reduction.reduced import (
+from duocell.models.base.pose import rotation_x, rotation_y, transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task, line
+from duocell.models.kinematics.kinematics import characteristic_length, conditioning
+from duocell.models.robot.arm import Arm, BaseRegion, Interval
+from duocell.models.robot.posture import ALL_SIGNS, Posture
+from duocell.optimizer.certificate.certify import BranchAndBound, certify
+from duocell.optimizer.reduction.reduced import (
     ReducedProblem,
     conditioning_shortfall,
     evaluate,
     evaluate_signed,
     reduced_problem,
 )
-from optimizer.results.proof import Incumbent
-from optimizer.settings import CertificateSettings
-from optimizer.verification.verify import LIMITS
+from duocell.optimizer.results.proof import Incumbent
+from duocell.optimizer.settings import CertificateSettings
+from duocell.optimizer.verification.verify import LIMITS
 from tests.support.given.arms import make_arm, region
 from tests.support.given.boxes import MOUNTS, random_problem
 from tests.support.given.thesis import BEST_KNOWN, CELLS, LOWER_BOUNDS

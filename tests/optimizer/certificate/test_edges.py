@@ -7,23 +7,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.base.pose import transform
-from models.cell.cell import Cell
-from models.cell.floor import Floor
-from models.cell.surroundings import Clearances
-from models.cell.task import Task
-from models.geometry.shapes import Body, Box
-from models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
-from models.kinematics.wrist_singularity import wrist_distance
-from models.robot.arm import SINGULAR_WRIST, Interval
-from models.robot.posture import ALL_SIGNS, Posture
-from optimizer.certificate.cell_proof import prove_cell
-from optimizer.certificate.certify import certify
-from optimizer.infeasibility.immediate.immediate import immediate_infeasibility
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.reduced import ReducedProblem, evaluate, evaluate_signed, reduced_problem
-from optimizer.settings import CertificateSettings
-from optimizer.verification.scene import Scene
+from duocell.models.base.pose import transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.floor import Floor
+from duocell.models.cell.surroundings import Clearances
+from duocell.models.cell.task import Task
+from duocell.models.geometry.shapes import Body, Box
+from duocell.models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
+from duocell.models.kinematics.wrist_singularity import wrist_distance
+from duocell.models.robot.arm import SINGULAR_WRIST, Interval
+from duocell.models.robot.posture import ALL_SIGNS, Posture
+from duocell.optimizer.certificate.cell_proof import prove_cell
+from duocell.optimizer.certificate.certify import certify
+from duocell.optimizer.infeasibility.immediate.immediate import immediate_infeasibility
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate, evaluate_signed, reduced_problem
+from duocell.optimizer.settings import CertificateSettings
+from duocell.optimizer.verification.scene import Scene
 from tests.support.given.arms import make_arm, oblique_wrist, region
 from tests.support.given.blocked import far_box, one_arm
 from tests.support.given.tasks import way_of_joints

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.certificate.exclusion.causes import BELOW, FLOOR
-from optimizer.certificate.nodes import Nodes
+from duocell.optimizer.certificate.bounds.boxes import Boxes
+from duocell.optimizer.certificate.exclusion.causes import BELOW, FLOOR
+from duocell.optimizer.certificate.nodes import Nodes
 
 
 def _roots() -> Nodes:

@@ -8,16 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_z, transform
-from models.cell.cell import Cell
-from models.cell.surroundings import Clearances, PairClass, Part, Surroundings
-from models.cell.task import Task
-from models.collision.collision import CollisionModel
-from models.geometry.shapes import Body, Box, Capsule, Sphere
-from models.kinematics.kinematics import flange_poses
-from optimizer.clearance.clearance import check_clearance
-from optimizer.clearance.path_samples import ObjectPath, follow
-from optimizer.clearance.stretches import Resolution
+from duocell.models.base.pose import rotation_z, transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.surroundings import Clearances, PairClass, Part, Surroundings
+from duocell.models.cell.task import Task
+from duocell.models.collision.collision import CollisionModel
+from duocell.models.geometry.shapes import Body, Box, Capsule, Sphere
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.optimizer.clearance.clearance import check_clearance
+from duocell.optimizer.clearance.path_samples import ObjectPath, follow
+from duocell.optimizer.clearance.stretches import Resolution
 from tests.support.given.arms import make_arm
 from tests.support.given.cells import ALL, FLOOR, NotFollowed, Scene, beam_pair, holding, random_obstacles
 from tests.support.oracles.dense import dense_minima

@@ -7,19 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.base.pose import inverse, rotation_z, transform
-from models.cell.cell import Cell
-from models.cell.family import Job, family
-from models.cell.task import Task
-from models.collision.collision import CollisionModel
-from models.geometry.shapes import Body, Sphere
-from optimizer.clearance.clearance import check_clearance
-from optimizer.evaluation.evaluate import evaluate_layout
-from optimizer.nlp.program import ArmPoint
-from optimizer.optimize import optimize
-from optimizer.results.layout import Outcome
-from optimizer.sqp.samples import sample_path
-from optimizer.verification.scene import Scene as CoupledScene
+from duocell.models.base.pose import inverse, rotation_z, transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.family import Job, family
+from duocell.models.cell.task import Task
+from duocell.models.collision.collision import CollisionModel
+from duocell.models.geometry.shapes import Body, Sphere
+from duocell.optimizer.clearance.clearance import check_clearance
+from duocell.optimizer.evaluation.evaluate import evaluate_layout
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.results.layout import Outcome
+from duocell.optimizer.sqp.samples import sample_path
+from duocell.optimizer.verification.scene import Scene as CoupledScene
 from tests.support.given.arms import region
 from tests.support.given.cells import ALL, Scene, beam_pair
 from tests.support.oracles.answers import assert_sound

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_vector
-from models.cell.surroundings import PairClass
-from models.collision.collision import CollisionModel
-from optimizer.clearance.motion import Motion
+from duocell.models.base.pose import rotation_vector
+from duocell.models.cell.surroundings import PairClass
+from duocell.models.collision.collision import CollisionModel
+from duocell.optimizer.clearance.motion import Motion
 from tests.support.given.cells import beam_pair, random_obstacles
 
 SCENE = beam_pair(count=6, obstacles=random_obstacles(np.random.default_rng(2), 5, [-1.5, -1.0, 0.2], [1.5, 1.5, 1.5]))

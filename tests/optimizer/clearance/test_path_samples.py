@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.base.pose import interpolate_rotations, rotation_about, rotation_angle, rotation_z, transform
-from models.catalogue import catalogue
-from models.kinematics.kinematics import flange_poses
-from optimizer.clearance.path_samples import ObjectPath, follow
+from duocell.models.base.pose import interpolate_rotations, rotation_about, rotation_angle, rotation_z, transform
+from duocell.models.catalogue import catalogue
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.optimizer.clearance.path_samples import ObjectPath, follow
 
 ARMS = ["puma560", "ur10e", "lrmate200id", "fanuc_crx10ia", "iiwa14", "franka_panda"]
 

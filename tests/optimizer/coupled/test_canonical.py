@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 from bench.draws.images import moved, reversed_arms, reversed_obstacles, reversed_poses
-from models.base.pose import rotation_z, transform
-from models.cell.cell import Cell
-from models.cell.coupling import Mirror, SameHeight
-from models.cell.floor import Floor
-from models.cell.surroundings import Clearances, Surroundings
-from models.cell.task import Task, line
-from models.geometry.shapes import Body, Box
-from optimizer.coupled.canonical import CanonicalForm
-from optimizer.nlp.program import ArmPoint
-from optimizer.optimize import optimize
-from optimizer.settings import Settings
+from duocell.models.base.pose import rotation_z, transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.coupling import Mirror, SameHeight
+from duocell.models.cell.floor import Floor
+from duocell.models.cell.surroundings import Clearances, Surroundings
+from duocell.models.cell.task import Task, line
+from duocell.models.geometry.shapes import Body, Box
+from duocell.optimizer.coupled.canonical import CanonicalForm
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.settings import Settings
 from tests.support.given.arms import make_arm, region
 
 WEIGHTS = np.array([1.0, 2.0, 1.0, 1.0, 0.5])

@@ -7,17 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import optimizer.optimize
-from models.cell.cell import Cell
-from models.cell.coupling import Distance
-from models.cell.coupling.apart import Apart
-from models.cell.one_place import NEAREST
-from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.certificate.pairs.couplings import untied
-from optimizer.evaluation.evaluate import evaluate_layout
-from optimizer.optimize import optimize
-from optimizer.results.layout import Layout, Outcome
-from optimizer.settings import Settings
+import duocell.optimizer.optimize
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.coupling import Distance
+from duocell.models.cell.coupling.apart import Apart
+from duocell.models.cell.one_place import NEAREST
+from duocell.optimizer.certificate.bounds.boxes import Boxes
+from duocell.optimizer.certificate.pairs.couplings import untied
+from duocell.optimizer.evaluation.evaluate import evaluate_layout
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.results.layout import Layout, Outcome
+from duocell.optimizer.settings import Settings
 from tests.support.given.arms import region
 from tests.support.given.blocked import carried, one_arm
 
@@ -78,7 +78,7 @@ def test_regions_that_leave_only_one_place_are_refused_with_a_proof() -> None:
     assert (layout.outcome, layout.proved) == (Outcome.INFEASIBLE, True)
     assert "would stand in one place" in layout.reasons[0].detail
     wide = region((-0.4, -0.35), (0.1, 0.11), (0.0, 0.0))
-    assert optimizer.optimize.immediate_infeasibility(twins(wide, spot)) == ()
+    assert duocell.optimizer.optimize.immediate_infeasibility(twins(wide, spot)) == ()
 
 
 def test_what_stands_in_two_places_is_not_searched_again(monkeypatch) -> None:
@@ -87,7 +87,7 @@ def test_what_stands_in_two_places_is_not_searched_again(monkeypatch) -> None:
     def never(*arguments: object, **named: object) -> None:
         raise AssertionError
 
-    monkeypatch.setattr(optimizer.optimize, "search_coupled", never)
+    monkeypatch.setattr(duocell.optimizer.optimize, "search_coupled", never)
     assert apart(optimize(cell)) > NEAREST
 
 

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from bench.trials.coupled_tasks import coupled_task
-from models.base.pose import rotation_from_rpy, rotation_z, transform
-from models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
-from models.cell.surroundings import Clearances, Part, Surroundings
-from models.cell.task import line
-from models.geometry.shapes import Body, Box
-from optimizer.optimize import optimize
-from optimizer.reduction.reduced import evaluate, reduced_problem
-from optimizer.settings import CertificateSettings, Settings
+from duocell.models.base.pose import rotation_from_rpy, rotation_z, transform
+from duocell.models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.cell.surroundings import Clearances, Part, Surroundings
+from duocell.models.cell.task import line
+from duocell.models.geometry.shapes import Body, Box
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.reduction.reduced import evaluate, reduced_problem
+from duocell.optimizer.settings import CertificateSettings, Settings
 from tests.support.given.arms import make_arm, region
 from tests.support.given.cells import Cell
 from tests.support.oracles.answers import assert_ended

@@ -10,24 +10,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_z, transform
-from models.cell.cell import Cell
-from models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
-from models.cell.coupling.direction import APART
-from models.cell.floor import Floor, Footprint
-from models.cell.surroundings import Clearances, Equipment, PairClass, Surroundings
-from models.collision.collision import CollisionModel
-from models.geometry.separation import separation
-from models.geometry.shapes import Body, Box
-from models.kinematics.kinematics import flange_poses
-from models.robot.arm import BaseRegion, Interval
-from models.robot.posture import Posture
-from optimizer.evaluation.evaluate import evaluate_layout
-from optimizer.optimize import optimize
-from optimizer.results.layout import Layout, Outcome
-from service.requests.convert import cell_of
-from service.schemas.request import LayoutRequest
-from service.validation import validate
+from duocell.models.base.pose import rotation_z, transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.cell.coupling.direction import APART
+from duocell.models.cell.floor import Floor, Footprint
+from duocell.models.cell.surroundings import Clearances, Equipment, PairClass, Surroundings
+from duocell.models.collision.collision import CollisionModel
+from duocell.models.geometry.separation import separation
+from duocell.models.geometry.shapes import Body, Box
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.robot.arm import BaseRegion, Interval
+from duocell.models.robot.posture import Posture
+from duocell.optimizer.evaluation.evaluate import evaluate_layout
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.results.layout import Layout, Outcome
+from duocell.service.requests.convert import cell_of
+from duocell.service.schemas.request import LayoutRequest
+from duocell.service.validation import validate
 from tests.support.given.cells import beam_pair, holding, random_obstacles
 from tests.support.given.tasks import possible
 from tests.support.oracles.answers import assert_placed

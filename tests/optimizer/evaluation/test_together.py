@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.cell.cell import Cell
-from models.cell.surroundings import Clearances
-from models.geometry.shapes import Body, Box
-from models.kinematics.link_frames import link_frames
-from models.robot.posture import ALL_SIGNS, Posture, name_signs
-from optimizer.evaluation.evaluate import evaluate_layout
-from optimizer.results.layout import Layout, Outcome
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.surroundings import Clearances
+from duocell.models.geometry.shapes import Body, Box
+from duocell.models.kinematics.link_frames import link_frames
+from duocell.models.robot.posture import ALL_SIGNS, Posture, name_signs
+from duocell.optimizer.evaluation.evaluate import evaluate_layout
+from duocell.optimizer.results.layout import Layout, Outcome
 from tests.optimizer.evaluation.test_evaluate import of_scene
 from tests.support.given.cells import beam_pair
 

@@ -7,18 +7,18 @@ import time
 import numpy as np
 
 from bench.draws.cells import real_cell
-from models.base.pose import transform
-from models.cell.cell import Cell
-from models.cell.surroundings import Clearances, Part, Surroundings
-from models.cell.task import Task
-from models.geometry.shapes import Body, Box
-from optimizer.infeasibility.effort import Effort
-from optimizer.infeasibility.explain import explain
-from optimizer.infeasibility.immediate.immediate import refused
-from optimizer.infeasibility.proved_conflict import Conflict, proved_conflict
-from optimizer.infeasibility.requirements import Kind
-from optimizer.infeasibility.searched.trial import clean
-from optimizer.verification.scene import Scene
+from duocell.models.base.pose import transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.surroundings import Clearances, Part, Surroundings
+from duocell.models.cell.task import Task
+from duocell.models.geometry.shapes import Body, Box
+from duocell.optimizer.infeasibility.effort import Effort
+from duocell.optimizer.infeasibility.explain import explain
+from duocell.optimizer.infeasibility.immediate.immediate import refused
+from duocell.optimizer.infeasibility.proved_conflict import Conflict, proved_conflict
+from duocell.optimizer.infeasibility.requirements import Kind
+from duocell.optimizer.infeasibility.searched.trial import clean
+from duocell.optimizer.verification.scene import Scene
 from tests.support.given.arms import make_arm, region
 
 LONG = 300.0

@@ -8,25 +8,25 @@ import numpy as np
 import pytest
 
 from bench.draws.cells import real_cell
-from models.base.pose import transform
-from models.cell.cell import Cell
-from models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
-from models.cell.floor import Floor, Footprint
-from models.cell.surroundings import Clearances, Equipment, PairClass, Part, Surroundings
-from models.cell.task import Task
-from models.collision.collision import CollisionModel
-from models.geometry.separation import separation
-from models.geometry.shapes import Body, Box
-from models.kinematics.link_frames import link_frames
-from models.robot.arm import Interval
-from optimizer.infeasibility.immediate import fixed_bodies
-from optimizer.infeasibility.immediate.coupling_conflicts import coupling_conflicts
-from optimizer.infeasibility.immediate.distance_conflicts import distance_conflicts
-from optimizer.infeasibility.immediate.fixed_bodies import fixed_body_conflicts
-from optimizer.infeasibility.immediate.immediate import immediate_infeasibility, refused
-from optimizer.infeasibility.immediate.self_distances import largest_distance
-from optimizer.optimize import optimize
-from optimizer.results.layout import Outcome
+from duocell.models.base.pose import transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.cell.floor import Floor, Footprint
+from duocell.models.cell.surroundings import Clearances, Equipment, PairClass, Part, Surroundings
+from duocell.models.cell.task import Task
+from duocell.models.collision.collision import CollisionModel
+from duocell.models.geometry.separation import separation
+from duocell.models.geometry.shapes import Body, Box
+from duocell.models.kinematics.link_frames import link_frames
+from duocell.models.robot.arm import Interval
+from duocell.optimizer.infeasibility.immediate import fixed_bodies
+from duocell.optimizer.infeasibility.immediate.coupling_conflicts import coupling_conflicts
+from duocell.optimizer.infeasibility.immediate.distance_conflicts import distance_conflicts
+from duocell.optimizer.infeasibility.immediate.fixed_bodies import fixed_body_conflicts
+from duocell.optimizer.infeasibility.immediate.immediate import immediate_infeasibility, refused
+from duocell.optimizer.infeasibility.immediate.self_distances import largest_distance
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.results.layout import Outcome
 from tests.support.given.arms import make_arm, region
 
 HOLD = Task(np.tile(transform(np.diag([1.0, -1.0, -1.0]), [0.0, 0.0, 0.5]), (2, 1, 1)))

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from bench.draws.cells import real_cell
-from models.cell.surroundings import PairClass
-from models.robot.posture import ALL_SIGNS
-from optimizer.certificate.alone import AloneCheck
-from optimizer.infeasibility.effort import Effort
-from optimizer.infeasibility.largest import largest_clearance
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.reduced import evaluate_signed, reduced_problem
+from duocell.models.cell.surroundings import PairClass
+from duocell.models.robot.posture import ALL_SIGNS
+from duocell.optimizer.certificate.alone import AloneCheck
+from duocell.optimizer.infeasibility.effort import Effort
+from duocell.optimizer.infeasibility.largest import largest_clearance
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.reduced import evaluate_signed, reduced_problem
 
 KIND = PairClass.ARM_OBSTACLE
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from bench.conflicts.planted_conflicts import NEAR, needed, planted, remedy_of
-from optimizer.infeasibility.effort import Effort
-from optimizer.infeasibility.remedies import least_sampled
-from optimizer.infeasibility.searched.trial import clean
-from optimizer.verification.scene import Scene
+from duocell.optimizer.infeasibility.effort import Effort
+from duocell.optimizer.infeasibility.remedies import least_sampled
+from duocell.optimizer.infeasibility.searched.trial import clean
+from duocell.optimizer.verification.scene import Scene
 
 ENOUGH = [(53, "step", 0.2510), (52, "conditioning", 0.1571), (21, "clearance", 0.1649)]
 """Seeds, and the amounts (rad, 1, m) for which the known layouts, which no search has found, pass every check."""

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from bench.draws.cells import real_cell
-from models.cell.coupling import Direction, Distance, Rail, among
-from optimizer.infeasibility.requirements import Kind, Requirement, everything, restricted
+from duocell.models.cell.coupling import Direction, Distance, Rail, among
+from duocell.optimizer.infeasibility.requirements import Kind, Requirement, everything, restricted
 
 
 def test_a_selection_keeps_what_is_in_it():

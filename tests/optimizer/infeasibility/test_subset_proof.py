@@ -6,11 +6,11 @@ import numpy as np
 
 from bench.conflicts.planted_conflicts import planted
 from bench.draws.cells import real_cell
-from optimizer.infeasibility.effort import Effort
-from optimizer.infeasibility.requirements import Kind, selection_of
-from optimizer.infeasibility.searched.trial import clean
-from optimizer.infeasibility.subset_proof import SubsetProof
-from optimizer.verification.scene import Scene
+from duocell.optimizer.infeasibility.effort import Effort
+from duocell.optimizer.infeasibility.requirements import Kind, selection_of
+from duocell.optimizer.infeasibility.searched.trial import clean
+from duocell.optimizer.infeasibility.subset_proof import SubsetProof
+from duocell.optimizer.verification.scene import Scene
 
 OBSTACLE = 6
 """Number of a planted conflict."""

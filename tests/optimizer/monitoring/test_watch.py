@@ -8,9 +8,9 @@ import time
 import numpy as np
 import pytest
 
-from models.cell.cell import Cell
-from optimizer.monitoring.events import Bounded, Event, Iterated, Screened, Stage, Started, Verified
-from optimizer.monitoring.watch import (
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.monitoring.events import Bounded, Event, Iterated, Screened, Stage, Started, Verified
+from duocell.optimizer.monitoring.watch import (
     Cancelled,
     OutOfTime,
     check_stop,
@@ -21,8 +21,8 @@ from optimizer.monitoring.watch import (
     watched,
     watching,
 )
-from optimizer.optimize import optimize
-from optimizer.settings import CertificateSettings, Settings
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.settings import CertificateSettings, Settings
 from tests.support.given.tasks import possible
 
 PROVE = Settings(certificate=CertificateSettings(gap=0.05, time_limit=5.0))

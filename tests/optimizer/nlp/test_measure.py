@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_z, transform
-from models.cell.cell import Cell
-from models.cell.task import Task
-from models.kinematics.branches import path_signs, signs_of
-from models.kinematics.closed_form import closed_form
-from models.robot.posture import name_signs
-from optimizer.nlp.measure import joint_margins, objective_of, placed
-from optimizer.nlp.program import ArmPoint
+from duocell.models.base.pose import rotation_z, transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.branches import path_signs, signs_of
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.robot.posture import name_signs
+from duocell.optimizer.nlp.measure import joint_margins, objective_of, placed
+from duocell.optimizer.nlp.program import ArmPoint
 from tests.support.given.arms import make_arm, region
 from tests.support.given.tasks import possible
 from tests.support.oracles.answers import assert_placed, conditioning_by_differences

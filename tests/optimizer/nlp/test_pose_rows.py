@@ -10,12 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from models.base.pose import rotation_about, rotation_vector, rotation_x, rotation_z, transform
-from models.catalogue import catalogue
-from models.kinematics.branches import posture_terms
-from models.kinematics.closed_form import closed_form
-from models.kinematics.kinematics import flange_poses
-from optimizer.nlp.pose_rows import BASE, hessian_pattern, pose_rows, target_numbers
+from duocell.models.base.pose import rotation_about, rotation_vector, rotation_x, rotation_z, transform
+from duocell.models.catalogue import catalogue
+from duocell.models.kinematics.branches import posture_terms
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.optimizer.nlp.pose_rows import BASE, hessian_pattern, pose_rows, target_numbers
 
 ROBOTS = ("puma560", "ur10e", "iiwa14", "yumi_left", "kr6_r900")
 IDENTITY = np.eye(3)

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_z, transform
-from models.cell.task import Task
-from models.kinematics.branches import signs_of
-from models.kinematics.closed_form import closed_form
-from models.kinematics.kinematics import flange_poses
-from models.robot.posture import ALL_SIGNS
-from optimizer.nlp.program import ArmPoint, Cuts, build_program, describe, joint_bounds
+from duocell.models.base.pose import rotation_z, transform
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.branches import signs_of
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.robot.posture import ALL_SIGNS
+from duocell.optimizer.nlp.program import ArmPoint, Cuts, build_program, describe, joint_bounds
 from tests.support.given.arms import make_arm, region
 from tests.support.given.tasks import possible
 

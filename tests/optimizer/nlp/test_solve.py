@@ -10,14 +10,14 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_angle, rotation_z, transform
-from models.cell.task import Task
-from models.kinematics.branches import signs_of
-from models.kinematics.closed_form import closed_form
-from models.kinematics.kinematics import flange_poses
-from optimizer.nlp import solve
-from optimizer.nlp.program import ArmPoint, Cuts, build_program
-from optimizer.nlp.solve import STATUS, Solve, SolveStatus, solve_program
+from duocell.models.base.pose import rotation_angle, rotation_z, transform
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.branches import signs_of
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.optimizer.nlp import solve
+from duocell.optimizer.nlp.program import ArmPoint, Cuts, build_program
+from duocell.optimizer.nlp.solve import STATUS, Solve, SolveStatus, solve_program
 from tests.support.given.tasks import Possible, possible
 
 LIBRARY = Path(ca.__file__).parent / "libcasadi_nlpsol_ipopt.so"

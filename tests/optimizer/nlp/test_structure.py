@@ -8,10 +8,10 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_from_rpy, rotation_x, rotation_z, transform
-from models.catalogue import catalogue
-from optimizer.nlp.pose_rows import TARGET, target_numbers
-from optimizer.nlp.structure import structure_of
+from duocell.models.base.pose import rotation_from_rpy, rotation_x, rotation_z, transform
+from duocell.models.catalogue import catalogue
+from duocell.optimizer.nlp.pose_rows import TARGET, target_numbers
+from duocell.optimizer.nlp.structure import structure_of
 
 UPRIGHT = tuple(np.eye(3).ravel())
 TILTED = tuple((rotation_x(1.0) @ rotation_z(0.2)).ravel())

@@ -9,14 +9,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.cell.coupling import SameHeight
-from optimizer.monitoring.events import Event, Incumbent
-from optimizer.monitoring.watch import watching
-from optimizer.nlp.program import ArmPoint
-from optimizer.optimize import optimize
-from optimizer.progress.incumbents import arm_found, layout_found, recording
-from optimizer.settings import Settings
-from service.workers.reports import text_of
+from duocell.models.cell.coupling import SameHeight
+from duocell.optimizer.monitoring.events import Event, Incumbent
+from duocell.optimizer.monitoring.watch import watching
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.progress.incumbents import arm_found, layout_found, recording
+from duocell.optimizer.settings import Settings
+from duocell.service.workers.reports import text_of
 from tests.support.given.acceptance import load
 
 LINE, _ = load("line")

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-import optimizer.advice
-import optimizer.infeasibility.explain
-import optimizer.optimize
-from models.cell.cell import Cell
-from optimizer.monitoring.watch import OutOfTime
-from optimizer.optimize import optimize
-from optimizer.results.layout import Layout, Outcome
-from optimizer.settings import Settings, ToleranceSettings
+import duocell.optimizer.advice
+import duocell.optimizer.infeasibility.explain
+import duocell.optimizer.optimize
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.monitoring.watch import OutOfTime
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.results.layout import Layout, Outcome
+from duocell.optimizer.settings import Settings, ToleranceSettings
 from tests.support.given.arms import region
 from tests.support.given.blocked import carried, far_box, one_arm
 from tests.support.given.tasks import possible
@@ -39,7 +39,7 @@ def plain() -> Cell:
 def test_the_best_layout_so_far_is_checked_and_says_what_it_lacks(make: Callable[[], Cell], monkeypatch) -> None:
     cell = make()
     whole = optimize(cell, Settings(certificate=None))
-    monkeypatch.setattr(optimizer.optimize, "prove", out_of_time)
+    monkeypatch.setattr(duocell.optimizer.optimize, "prove", out_of_time)
     cut = optimize(cell, Settings(tolerance=None, alternatives=0))
     assert cut.outcome is Outcome.FEASIBLE
     assert cut.objective == pytest.approx(whole.objective, rel=1e-9)
@@ -53,7 +53,7 @@ def test_the_best_layout_so_far_is_checked_and_says_what_it_lacks(make: Callable
 
 
 def test_without_any_layout_it_is_not_known(monkeypatch) -> None:
-    monkeypatch.setattr(optimizer.optimize, "search_arm", out_of_time)
+    monkeypatch.setattr(duocell.optimizer.optimize, "search_arm", out_of_time)
     layout = optimize(plain(), Settings(time_limit=7.0))
     assert (layout.outcome, layout.placements, layout.certificate) == (Outcome.UNKNOWN, (), None)
     assert "7 s" in limit_reached(layout)
@@ -61,7 +61,7 @@ def test_without_any_layout_it_is_not_known(monkeypatch) -> None:
 
 
 def test_a_tolerance_that_takes_too_long_is_named_and_costs_nothing_else(monkeypatch) -> None:
-    monkeypatch.setattr(optimizer.advice, "tolerance_of", out_of_time)
+    monkeypatch.setattr(duocell.optimizer.advice, "tolerance_of", out_of_time)
     layout = optimize(plain(), Settings(tolerance=ToleranceSettings()))
     assert layout.usable
     assert layout.certificate is not None
@@ -73,7 +73,7 @@ def test_of_an_explanation_that_is_cut_is_kept_what_blocks(monkeypatch) -> None:
     cell = one_arm(task=carried(4), base=region((1.9, 2.0), (-0.1, 0.1)))
     settings = Settings(explain=True)
     whole = optimize(cell, settings)
-    monkeypatch.setattr(optimizer.infeasibility.explain, "remedies", out_of_time)
+    monkeypatch.setattr(duocell.optimizer.infeasibility.explain, "remedies", out_of_time)
     cut = optimize(cell, settings)
     assert whole.explanation is not None
     assert cut.explanation is not None

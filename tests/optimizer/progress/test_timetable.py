@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import pytest
 
-from models.cell.surroundings import Clearances, Surroundings
-from optimizer.monitoring.events import Event, Stage
-from optimizer.monitoring.watch import watching
-from optimizer.progress.timetable import Timetable, timetable
-from optimizer.settings import CertificateSettings, Settings, ToleranceSettings
+from duocell.models.cell.surroundings import Clearances, Surroundings
+from duocell.optimizer.monitoring.events import Event, Stage
+from duocell.optimizer.monitoring.watch import watching
+from duocell.optimizer.progress.timetable import Timetable, timetable
+from duocell.optimizer.settings import CertificateSettings, Settings, ToleranceSettings
 from tests.support.given.acceptance import load
 
 LINE, _ = load("line")

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.base.pose import transform
-from models.cell.cell import Cell
-from models.cell.surroundings import Clearances, PairClass, Part, Surroundings
-from models.cell.task import Task
-from models.geometry.shapes import Body, Box
-from optimizer.evaluation.evaluate import evaluate_layout
-from optimizer.optimize import optimize
-from optimizer.reasons.meant_contact import if_meant
+from duocell.models.base.pose import transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.surroundings import Clearances, PairClass, Part, Surroundings
+from duocell.models.cell.task import Task
+from duocell.models.geometry.shapes import Body, Box
+from duocell.optimizer.evaluation.evaluate import evaluate_layout
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.reasons.meant_contact import if_meant
 from tests.support.given.arms import make_arm, region
 
 LIFT = Task(np.array([transform(np.diag([1.0, -1.0, -1.0]), [0.7, 0.0, z]) for z in (0.5, 0.55, 0.6)]))

@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.base.pose import transform
-from models.cell.cell import Cell
-from models.cell.task import Task
-from models.kinematics.branches import signs_of
-from models.kinematics.closed_form import closed_form
-from models.kinematics.kinematics import flange_poses, reach
-from models.robot.posture import Posture
-from optimizer.optimize import optimize
-from optimizer.results.layout import Layout, Reason
+from duocell.models.base.pose import transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.branches import signs_of
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.kinematics import flange_poses, reach
+from duocell.models.robot.posture import Posture
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.results.layout import Layout, Reason
 from tests.support.given.arms import make_arm, region
 from tests.support.given.tasks import Possible, possible
 

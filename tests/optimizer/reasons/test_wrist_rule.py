@@ -8,24 +8,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.base.pose import inverse
-from models.cell.cell import Cell
-from models.cell.task import Task
-from models.kinematics.branches import signs_of
-from models.kinematics.closed_form import closed_form
-from models.kinematics.kinematics import flange_poses
-from models.kinematics.wrist_singularity import wrist_distance
-from models.robot.arm import SINGULAR_WRIST, BaseRegion, Interval
-from models.robot.posture import ALL_SIGNS, Posture
-from optimizer.certificate.certify import certify
-from optimizer.evaluation.evaluate import evaluate_layout
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.layers import best_path
-from optimizer.reduction.reduced import evaluate, evaluate_signed, reduced_problem
-from optimizer.results.layout import Outcome
-from optimizer.settings import CertificateSettings
-from optimizer.single_arm.local import solve_locally
-from optimizer.verification.verify import check
+from duocell.models.base.pose import inverse
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.branches import signs_of
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.kinematics.wrist_singularity import wrist_distance
+from duocell.models.robot.arm import SINGULAR_WRIST, BaseRegion, Interval
+from duocell.models.robot.posture import ALL_SIGNS, Posture
+from duocell.optimizer.certificate.certify import certify
+from duocell.optimizer.evaluation.evaluate import evaluate_layout
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.layers import best_path
+from duocell.optimizer.reduction.reduced import evaluate, evaluate_signed, reduced_problem
+from duocell.optimizer.results.layout import Outcome
+from duocell.optimizer.settings import CertificateSettings
+from duocell.optimizer.single_arm.local import solve_locally
+from duocell.optimizer.verification.verify import check
 from tests.support.given.arms import make_arm
 from tests.support.given.tasks import Possible, possible
 

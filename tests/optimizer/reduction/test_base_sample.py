@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_z, transform
-from models.cell.cell import Cell
-from models.cell.task import Task
-from optimizer.reduction.base_sample import BoxFrame
-from optimizer.reduction.box import search_box
-from optimizer.reduction.reduced import reduced_problem
+from duocell.models.base.pose import rotation_z, transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.optimizer.reduction.base_sample import BoxFrame
+from duocell.optimizer.reduction.box import search_box
+from duocell.optimizer.reduction.reduced import reduced_problem
 from tests.support.given.arms import region
 from tests.support.given.tasks import possible
 

@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from models.base.pose import inverse, rotation_from_rpy, rotation_x, rotation_z, transform
-from models.catalogue import catalogue
-from models.catalogue.dh import robot_from_dh
-from models.cell.cell import Cell
-from models.cell.task import Task
-from models.kinematics.kinematics import flange_poses
-from optimizer.reduction.box import reach_windows, search_box, spread
+from duocell.models.base.pose import inverse, rotation_from_rpy, rotation_x, rotation_z, transform
+from duocell.models.catalogue import catalogue
+from duocell.models.catalogue.dh import robot_from_dh
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.optimizer.reduction.box import reach_windows, search_box, spread
 from tests.support.given.arms import make_arm, oblique_wrist, region, skew_rows
 
 TOOL = transform(rotation_from_rpy((0.5, 0.2, -0.8)), [0.1, 0.0, 0.2])

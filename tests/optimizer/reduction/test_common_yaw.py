@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from optimizer.reduction.common_yaw import JobShifts
+from duocell.optimizer.reduction.common_yaw import JobShifts
 from tests.support.angles import TURN
 
 TURNS = np.arange(-4, 5)

@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from models.base.pose import rotation_x
-from models.kinematics.kinematics import flange_poses
-from optimizer.reduction.layers import BEYOND, LEAP, _shortest, best_path, layers_at, node_costs
+from duocell.models.base.pose import rotation_x
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.optimizer.reduction.layers import BEYOND, LEAP, _shortest, best_path, layers_at, node_costs
 from tests.support.angles import TURN, wrapped
 from tests.support.given.arms import make_arm
 from tests.support.given.tasks import possible

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from bench.draws.random_tasks import random_cell
-from models.kinematics.chain import chain_of
-from models.kinematics.closed_form import closed_form
-from models.kinematics.kinematics import flange_poses
-from models.kinematics.straight_wrist import can_be_straight, straight_wrists
-from optimizer.certificate.certify import certify
-from optimizer.reduction.reduced import reduced_problem
-from optimizer.settings import CertificateSettings, Settings
-from optimizer.single_arm.search import search_arm
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.kinematics.straight_wrist import can_be_straight, straight_wrists
+from duocell.optimizer.certificate.certify import certify
+from duocell.optimizer.reduction.reduced import reduced_problem
+from duocell.optimizer.settings import CertificateSettings, Settings
+from duocell.optimizer.single_arm.search import search_arm
 from tests.support.given.arms import make_arm, random_joints
 
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from models.robot.arm import FREE_YAW
-from optimizer.reduction.paths import choose_yaw, lift, unwrap
+from duocell.models.robot.arm import FREE_YAW
+from duocell.optimizer.reduction.paths import choose_yaw, lift, unwrap
 from tests.support.angles import TURN, wrapped
 from tests.support.given.arms import region
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_about, rotation_z
-from optimizer.reduction.pose_sample import sample_job
+from duocell.models.base.pose import rotation_about, rotation_z
+from duocell.optimizer.reduction.pose_sample import sample_job
 
 
 def way(poses: int, seed: int) -> tuple[np.ndarray, np.ndarray]:

@@ -8,11 +8,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_angle, rotation_x, rotation_z, transform
-from models.cell.task import Task
-from models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
-from models.robot.posture import ALL_SIGNS, Posture
-from optimizer.reduction.reduced import conditioning_shortfall, evaluate, evaluate_signed, reduced_problem
+from duocell.models.base.pose import rotation_angle, rotation_x, rotation_z, transform
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
+from duocell.models.robot.posture import ALL_SIGNS, Posture
+from duocell.optimizer.reduction.reduced import conditioning_shortfall, evaluate, evaluate_signed, reduced_problem
 from tests.support.angles import wrapped
 from tests.support.given.arms import make_arm, region
 from tests.support.given.tasks import Possible, possible

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.cell.task import Task
-from models.robot.posture import ALL_SIGNS, Posture
-from optimizer.reduction.box import search_box
-from optimizer.reduction.reduced import evaluate, evaluate_signed, reduced_problem
-from optimizer.reduction.screening import Candidate, distinct, improve, mixed, on_whole_task, scored, screen
+from duocell.models.cell.task import Task
+from duocell.models.robot.posture import ALL_SIGNS, Posture
+from duocell.optimizer.reduction.box import search_box
+from duocell.optimizer.reduction.reduced import evaluate, evaluate_signed, reduced_problem
+from duocell.optimizer.reduction.screening import Candidate, distinct, improve, mixed, on_whole_task, scored, screen
 from tests.support.given.arms import region
 from tests.support.given.tasks import possible
 

@@ -10,25 +10,25 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from models.base.pose import rotation_x, transform
-from models.catalogue import catalogue
-from models.catalogue.reference import working_reference
-from models.cell.cell import Cell
-from models.cell.task import line
-from models.description.urdf import robot_from_urdf
-from models.kinematics.closed_form import closed_form
-from models.kinematics.kinematics import flange_poses
-from models.kinematics.nominal import as_drawn, nominal
-from models.robot.posture import Posture
-from models.robot.robot import Robot
-from optimizer.optimize import optimize
-from optimizer.results.layout import Outcome
-from optimizer.settings import Settings
-from service.library.library import Library
-from service.library.user_robot import UserRobot
-from service.requests.convert import cell_of
-from service.requests.warnings import warnings_of
-from service.schemas.request import LayoutRequest
+from duocell.models.base.pose import rotation_x, transform
+from duocell.models.catalogue import catalogue
+from duocell.models.catalogue.reference import working_reference
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import line
+from duocell.models.description.urdf import robot_from_urdf
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.kinematics.nominal import as_drawn, nominal
+from duocell.models.robot.posture import Posture
+from duocell.models.robot.robot import Robot
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.results.layout import Outcome
+from duocell.optimizer.settings import Settings
+from duocell.service.library.library import Library
+from duocell.service.library.user_robot import UserRobot
+from duocell.service.requests.convert import cell_of
+from duocell.service.requests.warnings import warnings_of
+from duocell.service.schemas.request import LayoutRequest
 from tests.models.kinematics.test_nominal import calibrated
 from tests.support.given.acceptance import FOLDER
 from tests.support.given.arms import make_arm, region

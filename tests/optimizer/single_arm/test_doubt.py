@@ -9,15 +9,15 @@ import numpy as np
 
 from bench.random_arms.draw import draw
 from bench.trials.acceptance_search import case
-from models.kinematics.wrist_singularity import wrist_distance
-from optimizer.coupled.found import CoupledSearch
-from optimizer.coupled.prove import prove
-from optimizer.reduction.box import search_box
-from optimizer.settings import CertificateSettings, Settings
-from optimizer.single_arm.doubt import at_limit, in_doubt
-from optimizer.single_arm.search import search_arm
-from optimizer.verification.verify import check
-from optimizer.verification.way import follow_way
+from duocell.models.kinematics.wrist_singularity import wrist_distance
+from duocell.optimizer.coupled.found import CoupledSearch
+from duocell.optimizer.coupled.prove import prove
+from duocell.optimizer.reduction.box import search_box
+from duocell.optimizer.settings import CertificateSettings, Settings
+from duocell.optimizer.single_arm.doubt import at_limit, in_doubt
+from duocell.optimizer.single_arm.search import search_arm
+from duocell.optimizer.verification.verify import check
+from duocell.optimizer.verification.way import follow_way
 
 
 def searched(cell):

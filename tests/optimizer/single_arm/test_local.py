@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.kinematics.branches import signs_of
-from models.kinematics.closed_form import closed_form
-from optimizer.nlp.measure import placed
-from optimizer.nlp.program import ArmPoint
-from optimizer.nlp.solve import SolveStatus
-from optimizer.optimize import optimize
-from optimizer.single_arm import local
-from optimizer.single_arm.local import solve_locally
-from optimizer.verification.verify import check
+from duocell.models.kinematics.branches import signs_of
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.optimizer.nlp.measure import placed
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.solve import SolveStatus
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.single_arm import local
+from duocell.optimizer.single_arm.local import solve_locally
+from duocell.optimizer.verification.verify import check
 from tests.support.given.acceptance import load
 from tests.support.given.tasks import Possible, possible
 

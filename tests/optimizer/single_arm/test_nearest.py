@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.kinematics.kinematics import flange_poses
-from optimizer.optimize import optimize
-from optimizer.reduction.box import search_box
-from optimizer.reduction.layers import LayeredPath
-from optimizer.reduction.reduced import evaluate_signed, reduced_problem
-from optimizer.reduction.screening import Candidate, screen
-from optimizer.settings import Settings
-from optimizer.single_arm.nearest import nearest_candidate, nearest_path
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.reduction.box import search_box
+from duocell.optimizer.reduction.layers import LayeredPath
+from duocell.optimizer.reduction.reduced import evaluate_signed, reduced_problem
+from duocell.optimizer.reduction.screening import Candidate, screen
+from duocell.optimizer.settings import Settings
+from duocell.optimizer.single_arm.nearest import nearest_candidate, nearest_path
 from tests.support.given.tasks import possible
 
 

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from bench.draws.random_tasks import random_cell
-from models.cell.task import Task
-from optimizer.nlp.measure import objective_of
-from optimizer.settings import Settings
-from optimizer.single_arm.passable import passable, with_places
-from optimizer.single_arm.search import search_arm
-from optimizer.verification.verify import check
-from optimizer.verification.way import follow_way
+from duocell.models.cell.task import Task
+from duocell.optimizer.nlp.measure import objective_of
+from duocell.optimizer.settings import Settings
+from duocell.optimizer.single_arm.passable import passable, with_places
+from duocell.optimizer.single_arm.search import search_arm
+from duocell.optimizer.verification.verify import check
+from duocell.optimizer.verification.way import follow_way
 
 
 @pytest.mark.parametrize("seed", [11, 13, 21])

@@ -7,14 +7,14 @@ import time
 import numpy as np
 import pytest
 
-from optimizer.nlp.measure import objective_of
-from optimizer.reduction.base_sample import BoxFrame
-from optimizer.reduction.box import search_box
-from optimizer.reduction.reduced import evaluate_signed, reduced_problem
-from optimizer.reduction.screening import Candidate
-from optimizer.single_arm.local import solve_locally
-from optimizer.single_arm.refinement import MOST, brought_to_optimum, path_from
-from optimizer.verification.verify import check
+from duocell.optimizer.nlp.measure import objective_of
+from duocell.optimizer.reduction.base_sample import BoxFrame
+from duocell.optimizer.reduction.box import search_box
+from duocell.optimizer.reduction.reduced import evaluate_signed, reduced_problem
+from duocell.optimizer.reduction.screening import Candidate
+from duocell.optimizer.single_arm.local import solve_locally
+from duocell.optimizer.single_arm.refinement import MOST, brought_to_optimum, path_from
+from duocell.optimizer.verification.verify import check
 from tests.support.given.tasks import possible
 
 SIGNS = [(a, b, c) for a in (1, -1) for b in (1, -1) for c in (1, -1)]

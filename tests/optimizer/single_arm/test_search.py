@@ -8,15 +8,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.kinematics.branches import signs_of
-from models.kinematics.closed_form import closed_form
-from models.robot.posture import Posture
-from optimizer.nlp.solve import SolveStatus
-from optimizer.settings import Settings
-from optimizer.single_arm import search as search_module
-from optimizer.single_arm.search import search_arm
-from optimizer.verification.verify import check
-from optimizer.verification.way import OVERSHOOT, follow_way
+from duocell.models.kinematics.branches import signs_of
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.robot.posture import Posture
+from duocell.optimizer.nlp.solve import SolveStatus
+from duocell.optimizer.settings import Settings
+from duocell.optimizer.single_arm import search as search_module
+from duocell.optimizer.single_arm.search import search_arm
+from duocell.optimizer.verification.verify import check
+from duocell.optimizer.verification.way import OVERSHOOT, follow_way
 from tests.support.given.arms import region
 from tests.support.given.tasks import possible
 

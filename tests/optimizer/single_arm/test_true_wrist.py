@@ -7,20 +7,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.cell.cell import Cell
-from models.cell.task import Task
-from models.kinematics.branches import path_signs
-from models.kinematics.kinematics import flange_poses
-from models.kinematics.nominal import nominal, posture_form, singular_fifth
-from models.robot.arm import SINGULAR_WRIST
-from models.robot.posture import Posture
-from optimizer.evaluation.evaluate import evaluate_layout
-from optimizer.nlp.program import ArmPoint, joint_bounds
-from optimizer.optimize import optimize
-from optimizer.results.layout import Outcome
-from optimizer.settings import Settings
-from optimizer.verification.verify import SIDE, check
-from optimizer.verification.way import follow_way
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.branches import path_signs
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.kinematics.nominal import nominal, posture_form, singular_fifth
+from duocell.models.robot.arm import SINGULAR_WRIST
+from duocell.models.robot.posture import Posture
+from duocell.optimizer.evaluation.evaluate import evaluate_layout
+from duocell.optimizer.nlp.program import ArmPoint, joint_bounds
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.results.layout import Outcome
+from duocell.optimizer.settings import Settings
+from duocell.optimizer.verification.verify import SIDE, check
+from duocell.optimizer.verification.way import follow_way
 from tests.models.kinematics.test_nominal import calibrated
 from tests.support.given.arms import make_arm, region
 

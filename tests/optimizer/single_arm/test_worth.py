@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from bench.random_arms.draw import draw
-from models.cell.task import Task
-from optimizer.reduction.box import search_box
-from optimizer.reduction.reduced import evaluate_signed, reduced_problem
-from optimizer.reduction.screening import screen
-from optimizer.single_arm.worth import MOVED, USABLE_TOO, WORTH, worth_solving
+from duocell.models.cell.task import Task
+from duocell.optimizer.reduction.box import search_box
+from duocell.optimizer.reduction.reduced import evaluate_signed, reduced_problem
+from duocell.optimizer.reduction.screening import screen
+from duocell.optimizer.single_arm.worth import MOVED, USABLE_TOO, WORTH, worth_solving
 from tests.support.given.tasks import possible
 
 

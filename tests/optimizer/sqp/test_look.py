@@ -7,15 +7,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.cell.coupling import Distance, Mirror
-from models.cell.floor import Floor
-from models.cell.surroundings import Clearances
-from models.kinematics.branches import signs_of
-from models.kinematics.closed_form import closed_form
-from optimizer.nlp.program import ArmPoint
-from optimizer.sqp.look import look
-from optimizer.sqp.manifold import Unknowns, move
-from optimizer.verification.scene import Scene
+from duocell.models.cell.coupling import Distance, Mirror
+from duocell.models.cell.floor import Floor
+from duocell.models.cell.surroundings import Clearances
+from duocell.models.kinematics.branches import signs_of
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.sqp.look import look
+from duocell.optimizer.sqp.manifold import Unknowns, move
+from duocell.optimizer.verification.scene import Scene
 from tests.support.given.cells import beam_pair
 
 STEP = 1e-5
@@ -65,7 +65,7 @@ def agreement(scene, points, order) -> tuple[int, float]:
 
 
 def test_slopes_of_joints_floor_and_couplings_are_those_of_the_values(case, monkeypatch):
-    monkeypatch.setattr("optimizer.sqp.joint_rows.NEAR", 50.0)  # the same rows here and beside
+    monkeypatch.setattr("duocell.optimizer.sqp.joint_rows.NEAR", 50.0)  # the same rows here and beside
     scene, points = case
     count, share = agreement(replace(scene, model=None), points, lambda values: np.arange(len(values)))
     assert count > 1000
@@ -73,9 +73,9 @@ def test_slopes_of_joints_floor_and_couplings_are_those_of_the_values(case, monk
 
 
 def test_slopes_of_distances_are_those_of_the_values(case, monkeypatch):
-    monkeypatch.setattr("optimizer.sqp.cell_rows.NEAR", 50.0)
-    monkeypatch.setattr("optimizer.sqp.cell_rows.MOST_ROWS", 10_000)
-    monkeypatch.setattr("optimizer.sqp.look.add_joint_rows", lambda *given: None)
+    monkeypatch.setattr("duocell.optimizer.sqp.cell_rows.NEAR", 50.0)
+    monkeypatch.setattr("duocell.optimizer.sqp.cell_rows.MOST_ROWS", 10_000)
+    monkeypatch.setattr("duocell.optimizer.sqp.look.add_joint_rows", lambda *given: None)
     scene, points = case
     count, share = agreement(scene, points, lambda values: np.argsort(values, kind="stable"))
     assert count > 5000

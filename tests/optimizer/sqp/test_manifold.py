@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.cell.cell import Cell
-from models.cell.task import Task
-from models.kinematics.kinematics import flange_poses
-from optimizer.nlp.measure import objective_of
-from optimizer.nlp.program import ArmPoint
-from optimizer.sqp.manifold import Unknowns, directions, move
-from optimizer.sqp.quadratic import quadratic
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.optimizer.nlp.measure import objective_of
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.sqp.manifold import Unknowns, directions, move
+from duocell.optimizer.sqp.quadratic import quadratic
 from tests.support.given.arms import make_arm
 from tests.support.given.tasks import possible
 

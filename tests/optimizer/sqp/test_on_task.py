@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from models.kinematics.kinematics import flange_poses
-from models.robot.posture import ALL_SIGNS
-from optimizer.sqp.on_task import REACHED, brought_onto
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.robot.posture import ALL_SIGNS
+from duocell.optimizer.sqp.on_task import REACHED, brought_onto
 from tests.support.given.arms import make_arm
 
 

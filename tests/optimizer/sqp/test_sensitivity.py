@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_x, rotation_z, transform
-from models.kinematics.kinematics import flange_poses
-from optimizer.clearance.path_samples import follow
-from optimizer.sqp.sensitivity import joints_by_base
+from duocell.models.base.pose import rotation_x, rotation_z, transform
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.optimizer.clearance.path_samples import follow
+from duocell.optimizer.sqp.sensitivity import joints_by_base
 from tests.support.given.arms import make_arm, random_joints
 
 STEP = 1e-5

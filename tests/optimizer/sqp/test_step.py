@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from optimizer.sqp.linear_rows import LinearRows
-from optimizer.sqp.quadratic import Quadratic
-from optimizer.sqp.step import best_step
+from duocell.optimizer.sqp.linear_rows import LinearRows
+from duocell.optimizer.sqp.quadratic import Quadratic
+from duocell.optimizer.sqp.step import best_step
 
 NO_ROWS = LinearRows(np.zeros((0, 3)), np.zeros(0), np.zeros(0), np.zeros(0))
 FAR = np.full(3, 10.0)

@@ -10,22 +10,22 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from models.base.pose import inverse, transform
-from models.cell.cell import Cell
-from models.cell.floor import Footprint
-from models.cell.surroundings import Clearances, Equipment, PairClass, Pedestal, Surroundings
-from models.cell.task import Task, line
-from models.collision.collision import CollisionModel
-from models.geometry.shapes import Body, Capsule, Sphere
-from models.kinematics.kinematics import flange_poses
-from models.kinematics.link_frames import link_frames
-from optimizer.clearance.clearance import check_clearance, found_clearances
-from optimizer.clearance.path_samples import ObjectPath
-from optimizer.nlp.measure import placed as place
-from optimizer.nlp.program import ArmPoint
-from optimizer.optimize import optimize
-from optimizer.settings import Settings, ToleranceSettings
-from optimizer.tolerance.tolerance import LARGEST, tolerance_of
+from duocell.models.base.pose import inverse, transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.floor import Footprint
+from duocell.models.cell.surroundings import Clearances, Equipment, PairClass, Pedestal, Surroundings
+from duocell.models.cell.task import Task, line
+from duocell.models.collision.collision import CollisionModel
+from duocell.models.geometry.shapes import Body, Capsule, Sphere
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.kinematics.link_frames import link_frames
+from duocell.optimizer.clearance.clearance import check_clearance, found_clearances
+from duocell.optimizer.clearance.path_samples import ObjectPath
+from duocell.optimizer.nlp.measure import placed as place
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.settings import Settings, ToleranceSettings
+from duocell.optimizer.tolerance.tolerance import LARGEST, tolerance_of
 from tests.support.given.arms import make_arm, region
 from tests.support.given.cells import FLOOR, beam_pair
 from tests.support.oracles.dense import _newton as newton

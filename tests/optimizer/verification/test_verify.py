@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_about, rotation_x
-from models.cell.task import Task
-from models.kinematics.branches import signs_of
-from models.kinematics.closed_form import closed_form
-from optimizer.nlp.program import ArmPoint
-from optimizer.verification.verify import check, summarise
+from duocell.models.base.pose import rotation_about, rotation_x
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.branches import signs_of
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.verification.verify import check, summarise
 from tests.support.given.tasks import Possible, possible
 
 

@@ -7,19 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.base.pose import inverse, rotation_about, rotation_vector, transform
-from models.catalogue import catalogue
-from models.cell.cell import Cell
-from models.cell.task import Task
-from models.kinematics.branches import signs_of, solve_signed
-from models.kinematics.chain import chain_of
-from models.kinematics.closed_form import closed_form
-from models.kinematics.kinematics import flange_poses
-from models.robot.arm import Arm
-from optimizer.clearance.path_samples import ObjectPath, follow, keep_inside
-from optimizer.nlp.program import ArmPoint
-from optimizer.verification.way import follow_way
-from optimizer.verification.words import way_faults
+from duocell.models.base.pose import inverse, rotation_about, rotation_vector, transform
+from duocell.models.catalogue import catalogue
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.branches import signs_of, solve_signed
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.clearance.path_samples import ObjectPath, follow, keep_inside
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.verification.way import follow_way
+from duocell.optimizer.verification.words import way_faults
 from tests.support.given.arms import make_arm
 from tests.support.given.tasks import Possible, possible
 

@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from service.requests.accept import hash_of
-from service.schemas.evaluate import EVALUATE_EXAMPLE
-from service.schemas.request import EXAMPLE
-from service.workers.executor import SolveFailed
+from duocell.service.requests.accept import hash_of
+from duocell.service.schemas.evaluate import EVALUATE_EXAMPLE
+from duocell.service.schemas.request import EXAMPLE
+from duocell.service.workers.executor import SolveFailed
 
 Document = dict[str, Any]
 WAIT = {"Prefer": "wait=30"}

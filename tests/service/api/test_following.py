@@ -8,7 +8,7 @@ from typing import Any
 
 from fastapi.testclient import TestClient
 
-from service.workers.executor import WorkerDied
+from duocell.service.workers.executor import WorkerDied
 from tests.support.server import has, until
 
 Document = dict[str, Any]
@@ -65,7 +65,7 @@ def test_following_resumes_behind_the_last_event(client: TestClient, fake: Any, 
 
 
 def test_silence_is_broken_and_streams_end(client_with: Make, fake: Any, example: Document, monkeypatch: Any) -> None:
-    monkeypatch.setattr("service.api.events.KEEP_ALIVE", 0.05)
+    monkeypatch.setattr("duocell.service.api.events.KEEP_ALIVE", 0.05)
     fake.seconds = 60.0
     client = client_with(workers=1, max_follow=0.5)
     location = client.post("/v1/layouts", json=example).headers["location"]

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from service.http.keys import hash_line, new_key
-from service.requests.accept import hash_of
-from service.workers.executor import SolveFailed
+from duocell.service.http.keys import hash_line, new_key
+from duocell.service.requests.accept import hash_of
+from duocell.service.workers.executor import SolveFailed
 
 Document = dict[str, Any]
 Make = Callable[..., TestClient]

@@ -149,7 +149,7 @@ def test_a_bad_request_does_not_use_up_its_key(client: TestClient, example: Docu
 
 
 def test_a_key_that_is_being_taken_in_is_busy(client: TestClient, example: Document, monkeypatch: Any) -> None:
-    from service.store.sql import SqlJobStore
+    from duocell.service.store.sql import SqlJobStore
 
     add, inside, leave = SqlJobStore.add, threading.Event(), threading.Event()
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import httpx2
 import pytest
 
-from service.cli.serve import MAX_HEAD
+from duocell.service.cli.serve import MAX_HEAD
 from tests.support.guarded import Server, guarded_server
 
 MAX_BODY = 100_000

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from service.cli import demo
+from duocell.service.cli import demo
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "line.json"
 

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from optimizer.results.findings import Alternative, Clearance, Explanation, Relaxation, Tolerance
-from optimizer.results.layout import Layout, Outcome, Placement, Search
-from service.cli.console import console_on
-from service.cli.findings import print_findings
-from service.results.documents import result_document
+from duocell.optimizer.results.findings import Alternative, Clearance, Explanation, Relaxation, Tolerance
+from duocell.optimizer.results.layout import Layout, Outcome, Placement, Search
+from duocell.service.cli.console import console_on
+from duocell.service.cli.findings import print_findings
+from duocell.service.results.documents import result_document
 
 PLACEMENT = Placement(
     arm="[main]",

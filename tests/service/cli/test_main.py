@@ -14,19 +14,19 @@ from typing import Any
 
 import pytest
 
-from models.geometry.decomposition import Decomposition, decompose
-from models.geometry.meshes import Mesh
-from service.cli.main import main
-from service.cli.solve import exit_code, show
-from service.library.library import Library
-from service.library.user_robot import as_document
-from service.settings import Limits
-from service.uploads.robot_intake import RobotFiles, robot_from_files
+from duocell.models.geometry.decomposition import Decomposition, decompose
+from duocell.models.geometry.meshes import Mesh
+from duocell.service.cli.main import main
+from duocell.service.cli.solve import exit_code, show
+from duocell.service.library.library import Library
+from duocell.service.library.user_robot import as_document
+from duocell.service.settings import Limits
+from duocell.service.uploads.robot_intake import RobotFiles, robot_from_files
 from tests.support.given import own_robot
 
 Document = dict[str, Any]
 
-COMMAND = [sys.executable, "-m", "service.cli.main"]
+COMMAND = [sys.executable, "-m", "duocell.service.cli.main"]
 REPOSITORY = Path(__file__).parents[3]
 
 
@@ -55,7 +55,7 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_version_loads_no_engine() -> None:
     code = (
-        "import sys, service.cli.main as c; c.main(['version']); "
+        "import sys, duocell.service.cli.main as c; c.main(['version']); "
         "print({'numpy', 'casadi', 'fastapi'} & set(sys.modules))"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=REPOSITORY, capture_output=True, text=True, check=True)
@@ -226,7 +226,7 @@ def test_the_answer_is_written_also_where_nobody_reads_what_is_printed(
     def gone(*_: object) -> None:
         raise BrokenPipeError
 
-    monkeypatch.setattr("service.cli.tables.print_layout", gone)
+    monkeypatch.setattr("duocell.service.cli.tables.print_layout", gone)
     output = tmp_path / "result.json"
     with pytest.raises(BrokenPipeError):
         show({"status": "succeeded"}, str(output))
@@ -281,8 +281,8 @@ def test_a_urdf_file_brings_the_shape_of_its_links(
         taken_apart.append(mesh)
         return decompose(mesh, most)
 
-    monkeypatch.setattr("models.geometry.link_meshes.decompose", counted)
-    monkeypatch.setattr("models.geometry.link_meshes._kept", OrderedDict())
+    monkeypatch.setattr("duocell.models.geometry.link_meshes.decompose", counted)
+    monkeypatch.setattr("duocell.models.geometry.link_meshes._kept", OrderedDict())
     assert [geometry(), geometry()] == ["mesh", "mesh"]
     assert len(taken_apart) == 3  # of three meshes; the second time they were known
     assert main(["check", str(tmp_path / "result.json"), *option]) == 0

@@ -16,17 +16,17 @@ import httpx2
 import pytest
 import uvicorn
 
-from optimizer.monitoring.watch import Cancelled
-from service.app import create_app
-from service.cli import local as cli_local
-from service.cli.main import main
-from service.cli.progress import shown
-from service.cli.remote import solve_there
-from service.settings import Settings
-from service.workers.executor import SolveFailed
+from duocell.optimizer.monitoring.watch import Cancelled
+from duocell.service.app import create_app
+from duocell.service.cli import local as cli_local
+from duocell.service.cli.main import main
+from duocell.service.cli.progress import shown
+from duocell.service.cli.remote import solve_there
+from duocell.service.settings import Settings
+from duocell.service.workers.executor import SolveFailed
 
 Document = dict[str, Any]
-COMMAND = [sys.executable, "-m", "service.cli.main"]
+COMMAND = [sys.executable, "-m", "duocell.service.cli.main"]
 REPOSITORY = Path(__file__).parents[3]
 
 
@@ -132,7 +132,7 @@ def test_a_time_limit_is_sent_to_the_server(server: Running, tmp_path: Path, exa
 def test_a_server_that_is_restarted_meanwhile_makes_no_difference(
     tmp_path: Path, example: Document, fake: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("service.cli.remote.PAUSE", 0.05)
+    monkeypatch.setattr("duocell.service.cli.remote.PAUSE", 0.05)
     fake.seconds = 60.0
     first = Running(tmp_path / "server", fake)
     port = first.servers[0].sockets[0].getsockname()[1]

@@ -10,15 +10,15 @@ from matplotlib.axes import Axes
 from matplotlib.lines import AxLine
 from matplotlib.patches import Circle, Polygon, Rectangle
 
-from models.base.pose import quaternion_from_rotation, rotation_z, transform
-from models.catalogue.catalogue import robot
-from models.geometry.shapes import Body
-from models.kinematics.kinematics import flange_poses
-from service.figure.figure import arm_points, draw_layout, write_figure
-from service.figure.figure_surroundings import outline
-from service.requests.convert import cell_of
-from service.schemas.request import LayoutRequest
-from service.validation import validate
+from duocell.models.base.pose import quaternion_from_rotation, rotation_z, transform
+from duocell.models.catalogue.catalogue import robot
+from duocell.models.geometry.shapes import Body
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.service.figure.figure import arm_points, draw_layout, write_figure
+from duocell.service.figure.figure_surroundings import outline
+from duocell.service.requests.convert import cell_of
+from duocell.service.schemas.request import LayoutRequest
+from duocell.service.validation import validate
 from tests.support.given.solids import KINDS, random_pose, random_shape, support
 
 TOOL = transform(rotation_z(0.3), [0.02, -0.01, 0.15])

@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 import uvicorn
 
-from service.common.problems import Problem
-from service.http import connections
-from service.http.arriving import arriving
-from service.http.connections import Connection
+from duocell.service.common.problems import Problem
+from duocell.service.http import connections
+from duocell.service.http.arriving import arriving
+from duocell.service.http.connections import Connection
 
 
 async def slow(scope: Any, receive: Any, send: Any) -> None:
@@ -47,7 +47,7 @@ def test_what_does_not_become_a_request_is_closed(
 
 
 def test_a_body_that_stalls_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("service.http.arriving.STALLED", 0.05)
+    monkeypatch.setattr("duocell.service.http.arriving.STALLED", 0.05)
 
     class Stalled:
         async def stream(self) -> Any:

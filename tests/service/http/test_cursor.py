@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.common.problems import Problem
-from service.http.cursor import decode, encode
+from duocell.service.common.problems import Problem
+from duocell.service.http.cursor import decode, encode
 
 
 @given(st.integers(0, 2**63 - 1))

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from service.cli.main import main
-from service.http.keys import Keyring, KeysUnusable, hash_line, keyring, new_key
-from service.settings import Access
+from duocell.service.cli.main import main
+from duocell.service.http.keys import Keyring, KeysUnusable, hash_line, keyring, new_key
+from duocell.service.settings import Access
 
 
 def make(name: str, capsys: pytest.CaptureFixture[str]) -> tuple[str, str]:
@@ -51,7 +51,7 @@ def test_every_key_is_compared_in_constant_time(monkeypatch: pytest.MonkeyPatch)
         compared.append((one, other))
         return one == other
 
-    monkeypatch.setattr("service.http.keys.hmac.compare_digest", compare)
+    monkeypatch.setattr("duocell.service.http.keys.hmac.compare_digest", compare)
     key = new_key()
     lines = " ".join(hash_line(name, key if name == "a" else new_key()) for name in "abc")
     ring = keyring(Access(api_keys=lines))

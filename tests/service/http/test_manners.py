@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from service.cli.serve import keep_private
-from service.http.keys import hash_line, keyring, new_key
-from service.settings import Access
+from duocell.service.cli.serve import keep_private
+from duocell.service.http.keys import hash_line, keyring, new_key
+from duocell.service.settings import Access
 
 Make = Callable[..., TestClient]
 
@@ -81,7 +81,7 @@ def test_wrong_keys_are_slowed_down_and_right_ones_are_not(client_with: Make) ->
 
 
 def test_a_key_is_taken_back_without_a_restart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("service.http.keys.LOOK_EVERY", 0.0)
+    monkeypatch.setattr("duocell.service.http.keys.LOOK_EVERY", 0.0)
     first, second = new_key(), new_key()
     path = tmp_path / "keys"
     path.write_text(hash_line("first", first))

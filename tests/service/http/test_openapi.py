@@ -10,8 +10,8 @@ from fastapi.testclient import TestClient
 from jsonschema import Draft202012Validator
 from openapi_spec_validator import OpenAPIV31SpecValidator
 
-from service.schemas.evaluate import EVALUATE_EXAMPLE
-from service.workers.executor import SolveFailed
+from duocell.service.schemas.evaluate import EVALUATE_EXAMPLE
+from duocell.service.workers.executor import SolveFailed
 from tests.support.given import own_robot
 
 Document = dict[str, Any]

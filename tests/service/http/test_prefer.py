@@ -2,7 +2,7 @@
 
 import pytest
 
-from service.http.prefer import preferred_wait
+from duocell.service.http.prefer import preferred_wait
 
 
 @pytest.mark.parametrize(

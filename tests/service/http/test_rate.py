@@ -5,8 +5,8 @@ import itertools
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.http import rate
-from service.http.rate import Buckets
+from duocell.service.http import rate
+from duocell.service.http.rate import Buckets
 
 
 class Clock:

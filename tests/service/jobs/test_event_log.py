@@ -3,7 +3,7 @@
 import asyncio
 import json
 
-from service.jobs.event_log import STRIDE, EventLog
+from duocell.service.jobs.event_log import STRIDE, EventLog
 
 
 def test_numbers_rise_from_state_to_state_and_in_between() -> None:

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.jobs.fair_queue import FairQueue
+from duocell.service.jobs.fair_queue import FairQueue
 
 
 def drained(waiting: FairQueue) -> list[str]:

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from service.jobs import store_threads
-from service.jobs.job_store import StoreUnavailable
-from service.jobs.store_threads import StoreThreads
+from duocell.service.jobs import store_threads
+from duocell.service.jobs.job_store import StoreUnavailable
+from duocell.service.jobs.store_threads import StoreThreads
 
 
 class Blocking:

@@ -18,18 +18,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
-from models.catalogue.links import LinkBody
-from models.geometry.shapes import Body, HalfSpace
-from models.robot.robot import Robot
-from service.library.library import Library
-from service.library.shelf import Shelf
-from service.library.user_mesh import mesh_document
-from service.library.user_robot import UserRobot, as_document, from_document, shape_document, shape_from
-from service.requests.accept import accept
-from service.settings import Limits, Settings
-from service.uploads.mesh_intake import mesh_from_file
-from service.uploads.robot_intake import RobotFiles, robot_from_files
-from service.workers.solving import solve_request
+from duocell.models.catalogue.links import LinkBody
+from duocell.models.geometry.shapes import Body, HalfSpace
+from duocell.models.robot.robot import Robot
+from duocell.service.library.library import Library
+from duocell.service.library.shelf import Shelf
+from duocell.service.library.user_mesh import mesh_document
+from duocell.service.library.user_robot import UserRobot, as_document, from_document, shape_document, shape_from
+from duocell.service.requests.accept import accept
+from duocell.service.settings import Limits, Settings
+from duocell.service.uploads.mesh_intake import mesh_from_file
+from duocell.service.uploads.robot_intake import RobotFiles, robot_from_files
+from duocell.service.workers.solving import solve_request
 from tests.support.given import own_robot
 from tests.support.given.solids import KINDS, SEED, random_pose, random_shape
 
@@ -106,7 +106,7 @@ def test_a_library_answers_for_robots_links_and_hulls(tmp_path: Path, own: UserR
 
 def test_bodies_move_with_the_links_of_the_urdf(own: UserRobot) -> None:
     """The bodies against the meshes themselves, placed by Pinocchio's own reading of the file."""
-    from models.kinematics.link_frames import link_frames
+    from duocell.models.kinematics.link_frames import link_frames
 
     model = pin.buildModelFromXML(own_robot.urdf())
     data = model.createData()

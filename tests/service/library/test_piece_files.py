@@ -12,17 +12,17 @@ import numpy as np
 import pytest
 from fastapi.testclient import TestClient
 
-from models.description.urdf_bodies import MeshWork
-from models.geometry import link_meshes
-from models.geometry.decomposition import decompose
-from models.geometry.meshes import read_triangles
-from models.geometry.piece_cache import PiecesInMemory, key_of
-from service.common.issues import InvalidRequest
-from service.library.piece_files import PieceFiles
-from service.settings import Limits
-from service.uploads import mesh_intake
-from service.uploads.mesh_intake import mesh_from_file
-from service.uploads.robot_intake import RobotFiles, robot_from_files
+from duocell.models.description.urdf_bodies import MeshWork
+from duocell.models.geometry import link_meshes
+from duocell.models.geometry.decomposition import decompose
+from duocell.models.geometry.meshes import read_triangles
+from duocell.models.geometry.piece_cache import PiecesInMemory, key_of
+from duocell.service.common.issues import InvalidRequest
+from duocell.service.library.piece_files import PieceFiles
+from duocell.service.settings import Limits
+from duocell.service.uploads import mesh_intake
+from duocell.service.uploads.mesh_intake import mesh_from_file
+from duocell.service.uploads.robot_intake import RobotFiles, robot_from_files
 from tests.service.uploads.test_robot_upload import send
 from tests.support.given.own_robot import as_stl, fork, meshes, urdf, zipped
 

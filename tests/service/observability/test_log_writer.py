@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from service.observability.log_writer import LogWriter
+from duocell.service.observability.log_writer import LogWriter
 
 
 def record(text: str) -> logging.LogRecord:
@@ -70,7 +70,7 @@ def test_a_descriptor_that_cannot_be_written_to_loses_its_lines_only() -> None:
 
 def test_the_last_line_of_a_process_is_written() -> None:
     code = (
-        "import logging; from service.observability import logs; logs.configure(); "
+        "import logging; from duocell.service.observability import logs; logs.configure(); "
         "logging.getLogger('service').info('bye')"
     )
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60.0)
@@ -79,7 +79,7 @@ def test_the_last_line_of_a_process_is_written() -> None:
 
 def test_a_process_ends_though_nobody_reads_what_it_logged() -> None:
     code = (
-        "import logging; from service.observability import logs; logs.configure()\n"
+        "import logging; from duocell.service.observability import logs; logs.configure()\n"
         "for k in range(2000): logging.getLogger('service').info('x' * 1000)"
     )
     process = subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE)

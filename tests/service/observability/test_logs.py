@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from service.http.keys import hash_line, new_key
-from service.observability import logs
-from service.settings import Logging
+from duocell.service.http.keys import hash_line, new_key
+from duocell.service.observability import logs
+from duocell.service.settings import Logging
 
 Make = Callable[..., TestClient]
 KEY = new_key()
@@ -150,7 +150,7 @@ def test_unknown_addresses_are_cut_and_have_no_route(written: Callable[..., Log]
 
 def test_what_is_bound_stands_in_every_line_inside_and_in_none_outside(written: Callable[..., Log]) -> None:
     log = written()
-    logger = logging.getLogger("service.jobs.jobs")
+    logger = logging.getLogger("duocell.service.jobs.jobs")
     with logs.about(job_id="5f0c"):
         logger.warning("the pool of workers broke (%s)", "why")
         with logs.about(start="3"):
@@ -166,14 +166,14 @@ def test_levels_and_other_libraries(written: Callable[..., Log], monkeypatch: py
     monkeypatch.setattr(logging.getLogger("uvicorn"), "propagate", False)  # as uvicorn's own configuration leaves it
     monkeypatch.setattr(logging.getLogger("uvicorn.error"), "level", logging.ERROR)
     log = written(log_level="warning")
-    for name in ("service.x", "optimizer.x", "uvicorn.error", "ssik", "alembic"):
+    for name in ("duocell.service.x", "duocell.optimizer.x", "uvicorn.error", "ssik", "alembic"):
         logging.getLogger(name).info("said at info by %s", name)
         logging.getLogger(name).warning("said at warning by %s", name)
     assert len(log.lines()) == 5
     log = written(log_level="info")
-    for name in ("service.x", "optimizer.x", "uvicorn.error", "ssik", "alembic"):
+    for name in ("duocell.service.x", "duocell.optimizer.x", "uvicorn.error", "ssik", "alembic"):
         logging.getLogger(name).info("said at info by %s", name)
-    assert [line["logger"] for line in log.lines()] == ["service.x", "optimizer.x", "uvicorn.error"]
+    assert [line["logger"] for line in log.lines()] == ["duocell.service.x", "duocell.optimizer.x", "uvicorn.error"]
     logging.getLogger("uvicorn.access").info('"GET /v1/layouts?api_key=..."')
     assert "api_key" not in log.text
 
@@ -184,7 +184,7 @@ def test_the_console_shows_columns_and_no_control_characters(written: Callable[.
         secret = "value of a " + "variable"
         raise ValueError(f"not {len(secret)}")
     except ValueError:
-        logging.getLogger("service.x").exception("broken", extra={"path": "/a\x1b[2J\nforged"})
+        logging.getLogger("duocell.service.x").exception("broken", extra={"path": "/a\x1b[2J\nforged"})
     assert "\x1b" not in log.text
     assert "\nforged" not in log.text
     assert "ValueError: not 19" in log.text
@@ -193,7 +193,7 @@ def test_the_console_shows_columns_and_no_control_characters(written: Callable[.
 
 def test_auto_means_json_unless_a_person_looks(written: Callable[..., Log], monkeypatch: pytest.MonkeyPatch) -> None:
     log = written()
-    logging.getLogger("service.x").warning("said")
+    logging.getLogger("duocell.service.x").warning("said")
     assert log.lines("said")
 
     class Terminal(io.StringIO):
@@ -203,6 +203,6 @@ def test_auto_means_json_unless_a_person_looks(written: Callable[..., Log], monk
     terminal = Terminal()
     monkeypatch.setattr("sys.stderr", terminal)
     logs.configure(Logging())
-    logging.getLogger("service.x").warning("said")
+    logging.getLogger("duocell.service.x").warning("said")
     assert not terminal.getvalue().startswith("{")
     assert "said" in terminal.getvalue()

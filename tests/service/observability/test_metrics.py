@@ -8,8 +8,8 @@ import pytest
 from fastapi.testclient import TestClient
 from prometheus_client.parser import text_string_to_metric_families
 
-from service.common.version import package_version
-from service.observability import metrics
+from duocell.service.common.version import package_version
+from duocell.service.observability import metrics
 from tests.support.asgi import http_scope
 
 Make = Callable[..., TestClient]

@@ -19,10 +19,10 @@ from opentelemetry.sdk.trace import TracerProvider
 from opentelemetry.sdk.trace.export import SimpleSpanProcessor
 from opentelemetry.sdk.trace.export.in_memory_span_exporter import InMemorySpanExporter
 
-from service.app import create_app
-from service.cli.demo import serving
-from service.observability import telemetry
-from service.settings import Settings
+from duocell.service.app import create_app
+from duocell.service.cli.demo import serving
+from duocell.service.observability import telemetry
+from duocell.service.settings import Settings
 
 ROOT = Path(__file__).parents[3]
 PARENT = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01"
@@ -31,8 +31,8 @@ PARENT = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01"
 UNCONFIGURED = """
 import sys
 from fastapi.testclient import TestClient
-from service.app import create_app
-from service.settings import Settings
+from duocell.service.app import create_app
+from duocell.service.settings import Settings
 
 class Idle:
     start = lambda self: None

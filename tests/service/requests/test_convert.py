@@ -10,18 +10,18 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 
-from models.catalogue.catalogue import robot
-from models.robot.arm import range_weights
-from models.robot.posture import Posture
-from optimizer.baselines.penalty import METHODS
-from service.common.issues import InvalidRequest
-from service.library.library import Library
-from service.library.user_robot import UserRobot
-from service.requests.accept import accept
-from service.requests.convert import cell_of, settings_of
-from service.schemas.request import Baseline, LayoutRequest
-from service.settings import Limits
-from service.validation import validate
+from duocell.models.catalogue.catalogue import robot
+from duocell.models.robot.arm import range_weights
+from duocell.models.robot.posture import Posture
+from duocell.optimizer.baselines.penalty import METHODS
+from duocell.service.common.issues import InvalidRequest
+from duocell.service.library.library import Library
+from duocell.service.library.user_robot import UserRobot
+from duocell.service.requests.accept import accept
+from duocell.service.requests.convert import cell_of, settings_of
+from duocell.service.schemas.request import Baseline, LayoutRequest
+from duocell.service.settings import Limits
+from duocell.service.validation import validate
 
 Document = dict[str, Any]
 

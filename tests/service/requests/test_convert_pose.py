@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from service.common.issues import Issues
-from service.requests.convert_pose import pose_of, poses_of
-from service.schemas.pose import Pose
+from duocell.service.common.issues import Issues
+from duocell.service.requests.convert_pose import pose_of, poses_of
+from duocell.service.schemas.pose import Pose
 
 FORMATS = ("quaternion", "matrix", "rpy", "euler_zyz", "oat")
 

@@ -8,20 +8,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
-from models.cell.floor import POINT
-from models.cell.surroundings import Clearances
-from models.geometry.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
-from optimizer.settings import ToleranceSettings
-from service.common.issues import InvalidRequest
-from service.library.library import Library
-from service.library.user_mesh import UserMesh, mesh_document
-from service.requests.accept import accept
-from service.requests.convert import cell_of, joints_of, settings_of
-from service.schemas.evaluate import EVALUATE_EXAMPLE, EvaluateRequest
-from service.schemas.request import LayoutRequest
-from service.settings import Limits
-from service.validation import validate
+from duocell.models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.cell.floor import POINT
+from duocell.models.cell.surroundings import Clearances
+from duocell.models.geometry.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
+from duocell.optimizer.settings import ToleranceSettings
+from duocell.service.common.issues import InvalidRequest
+from duocell.service.library.library import Library
+from duocell.service.library.user_mesh import UserMesh, mesh_document
+from duocell.service.requests.accept import accept
+from duocell.service.requests.convert import cell_of, joints_of, settings_of
+from duocell.service.schemas.evaluate import EVALUATE_EXAMPLE, EvaluateRequest
+from duocell.service.schemas.request import LayoutRequest
+from duocell.service.settings import Limits
+from duocell.service.validation import validate
 
 Document = dict[str, Any]
 

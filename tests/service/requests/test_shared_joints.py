@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import pytest
 
-from models.description.urdf import robot_from_urdf
-from models.robot.robot import Robot
-from service.common.issues import Issues
-from service.requests.shared_joints import check_shared_joints
+from duocell.models.description.urdf import robot_from_urdf
+from duocell.models.robot.robot import Robot
+from duocell.service.common.issues import Issues
+from duocell.service.requests.shared_joints import check_shared_joints
 from tests.support.given.acceptance import FOLDER
 from tests.support.given.arms import make_arm
 

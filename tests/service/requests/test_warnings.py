@@ -5,12 +5,12 @@ from typing import Any
 
 import pytest
 
-from optimizer.optimize import optimize
-from optimizer.results.layout import Layout, Outcome, Search
-from service.requests.convert import cell_of
-from service.requests.warnings import warnings_of
-from service.schemas.request import EXAMPLE, LayoutRequest
-from service.validation import validate
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.results.layout import Layout, Outcome, Search
+from duocell.service.requests.convert import cell_of
+from duocell.service.requests.warnings import warnings_of
+from duocell.service.schemas.request import EXAMPLE, LayoutRequest
+from duocell.service.validation import validate
 
 Document = dict[str, Any]
 NOTHING = Layout(Outcome.UNKNOWN, None, (), (), Search(0, 0, 0, 0.0), None)

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_from_quaternion, rotation_x, rotation_z
-from optimizer.results.findings import Alternative, Clearance, Explanation, Relaxation, Tolerance
-from optimizer.results.layout import (
+from duocell.models.base.pose import rotation_from_quaternion, rotation_x, rotation_z
+from duocell.optimizer.results.findings import Alternative, Clearance, Explanation, Relaxation, Tolerance
+from duocell.optimizer.results.layout import (
     ArmCertificate,
     Baseline,
     BaselineArm,
@@ -24,8 +24,8 @@ from optimizer.results.layout import (
     Search,
     Verification,
 )
-from service.results.documents import result_document
-from service.schemas.result import LayoutResult
+from duocell.service.results.documents import result_document
+from duocell.service.schemas.result import LayoutResult
 
 PLACEMENT = Placement(
     arm="main",

@@ -9,14 +9,14 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from service.jobs.job import Job, JobStatus
-from service.jobs.job_store import JobFilter
-from service.jobs.resources import layout_text, summary
-from service.results.older_results import completed
-from service.schemas.resources import LayoutSummary
-from service.schemas.result import LayoutResult
-from service.store.engine import FILE, sqlite_url
-from service.store.sql import SqlJobStore
+from duocell.service.jobs.job import Job, JobStatus
+from duocell.service.jobs.job_store import JobFilter
+from duocell.service.jobs.resources import layout_text, summary
+from duocell.service.results.older_results import completed
+from duocell.service.schemas.resources import LayoutSummary
+from duocell.service.schemas.result import LayoutResult
+from duocell.service.store.engine import FILE, sqlite_url
+from duocell.service.store.sql import SqlJobStore
 
 Document = dict[str, Any]
 OLD = Path(__file__).parents[2] / "data" / "store" / "revision_0001.sqlite3"

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 from sqlalchemy import text
 
-from service.store.engine import make_engine, sqlite_url
-from service.store.migrate import upgrade
-from service.store.sql import SqlJobStore
+from duocell.service.store.engine import make_engine, sqlite_url
+from duocell.service.store.migrate import upgrade
+from duocell.service.store.sql import SqlJobStore
 from tests.support import postgres
 
 

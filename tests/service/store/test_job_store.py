@@ -8,8 +8,8 @@ from uuid import uuid4
 
 import pytest
 
-from service.jobs.job import Ending, Failure, Job, JobEvent, JobStatus
-from service.jobs.job_store import JobFilter, JobStore, KeyTaken, StoreUnavailable
+from duocell.service.jobs.job import Ending, Failure, Job, JobEvent, JobStatus
+from duocell.service.jobs.job_store import JobFilter, JobStore, KeyTaken, StoreUnavailable
 
 Open = Callable[[], JobStore]
 

@@ -8,11 +8,11 @@ import pytest
 from sqlalchemy import text
 
 from bench.chaos.on_postgres import terminate_locks
-from service.jobs.job import Ending, JobStatus
-from service.jobs.job_store import JobFilter, LeaseLost, StoreUnavailable
-from service.store.engine import FILE, make_engine, sqlite_url
-from service.store.lease import EXPIRES, StoreLease
-from service.store.sql import SqlJobStore
+from duocell.service.jobs.job import Ending, JobStatus
+from duocell.service.jobs.job_store import JobFilter, LeaseLost, StoreUnavailable
+from duocell.service.store.engine import FILE, make_engine, sqlite_url
+from duocell.service.store.lease import EXPIRES, StoreLease
+from duocell.service.store.sql import SqlJobStore
 from tests.service.store.test_job_store import DONE, added, event, job, running
 
 CHANGES: dict[str, Callable[[SqlJobStore, Any, Any], object]] = {
@@ -69,7 +69,7 @@ def test_a_change_that_comes_from_an_owner_before_is_refused_though_the_attempt_
 
 
 def _claimed(connection: Any, job_id: str, owner: str) -> Any:
-    from service.store import changes
+    from duocell.service.store import changes
 
     return changes.claim(connection, job_id, owner)
 

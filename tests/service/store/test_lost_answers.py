@@ -9,12 +9,12 @@ from pydantic import SecretStr
 from sqlalchemy import text
 
 from bench.chaos.proxy import Proxy, proxied
-from service.app import create_app
-from service.jobs.job_store import StoreUnavailable
-from service.settings import Settings
-from service.store import bounded_connection, engine
-from service.store.engine import checked_url, make_engine
-from service.store.sql import SqlJobStore
+from duocell.service.app import create_app
+from duocell.service.jobs.job_store import StoreUnavailable
+from duocell.service.settings import Settings
+from duocell.service.store import bounded_connection, engine
+from duocell.service.store.engine import checked_url, make_engine
+from duocell.service.store.sql import SqlJobStore
 from tests.service.conftest import FakeExecutor
 from tests.service.store.test_job_store import job
 from tests.support.server import line_request, until

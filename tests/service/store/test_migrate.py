@@ -9,11 +9,11 @@ import pytest
 from alembic import command
 from alembic.script import ScriptDirectory
 
-from service.jobs.job import JobStatus
-from service.jobs.job_store import JobFilter, StoreUnavailable
-from service.store.engine import FILE, make_engine, sqlite_url
-from service.store.migrate import HEAD, configuration, revision, upgrade
-from service.store.sql import SqlJobStore
+from duocell.service.jobs.job import JobStatus
+from duocell.service.jobs.job_store import JobFilter, StoreUnavailable
+from duocell.service.store.engine import FILE, make_engine, sqlite_url
+from duocell.service.store.migrate import HEAD, configuration, revision, upgrade
+from duocell.service.store.sql import SqlJobStore
 from tests.support import postgres
 
 OLD = Path(__file__).parents[2] / "data" / "store" / "revision_0001.sqlite3"

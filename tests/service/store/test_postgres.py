@@ -7,11 +7,11 @@ from fastapi.testclient import TestClient
 from pydantic import SecretStr
 from sqlalchemy import text
 
-from service.app import create_app
-from service.jobs.job_store import StoreUnavailable
-from service.settings import Settings
-from service.store.engine import checked_url, make_engine
-from service.store.sql import SqlJobStore
+from duocell.service.app import create_app
+from duocell.service.jobs.job_store import StoreUnavailable
+from duocell.service.settings import Settings
+from duocell.service.store.engine import checked_url, make_engine
+from duocell.service.store.sql import SqlJobStore
 from tests.service.conftest import FakeExecutor
 from tests.support.server import has, line_request, until
 

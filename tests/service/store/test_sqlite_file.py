@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from service.jobs.job_store import JobFilter, StoreUnavailable
-from service.store import engine
-from service.store.engine import FILE, sqlite_url
-from service.store.sql import SqlJobStore
+from duocell.service.jobs.job_store import JobFilter, StoreUnavailable
+from duocell.service.store import engine
+from duocell.service.store.engine import FILE, sqlite_url
+from duocell.service.store.sql import SqlJobStore
 from tests.service.store.test_job_store import DONE, added, job, running
 
 

@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from service.common.problems import Problem
-from service.http.prefer import prefers_async
-from service.uploads.imports import REMEMBERED, Imports
-from service.workers.executor import Report
+from duocell.service.common.problems import Problem
+from duocell.service.http.prefer import prefers_async
+from duocell.service.uploads.imports import REMEMBERED, Imports
+from duocell.service.workers.executor import Report
 from tests.service.uploads.test_own_uploads import HASHES, as_key
 from tests.service.uploads.test_robot_upload import form
 from tests.support.given.own_robot import urdf

@@ -13,9 +13,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from models.base.errors import InvalidInput
-from service.settings import Limits
-from service.uploads.mesh_archive import MeshArchive
+from duocell.models.base.errors import InvalidInput
+from duocell.service.settings import Limits
+from duocell.service.uploads.mesh_archive import MeshArchive
 from tests.support.given.own_robot import zipped
 
 LIMITS = Limits(max_entries=20, max_unpacked=3_000_000)

@@ -12,9 +12,9 @@ import pytest
 import trimesh
 from fastapi.testclient import TestClient
 
-from service.app import create_app
-from service.library.library import Library
-from service.settings import Settings
+from duocell.service.app import create_app
+from duocell.service.library.library import Library
+from duocell.service.settings import Settings
 from tests.service.conftest import FakeExecutor
 from tests.support.given.acceptance import FOLDER
 from tests.support.given.own_robot import as_obj, as_stl, fork

@@ -11,10 +11,10 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from service.http.keys import hash_line, new_key
-from service.library.library import Library
-from service.library.shelves import Shelves, View
-from service.workers.solving import solve_request
+from duocell.service.http.keys import hash_line, new_key
+from duocell.service.library.library import Library
+from duocell.service.library.shelves import Shelves, View
+from duocell.service.workers.solving import solve_request
 from tests.service.uploads.test_robot_upload import REQUEST
 from tests.service.uploads.test_robot_upload import send as send_robot
 from tests.support.given.own_robot import as_stl, fork, urdf

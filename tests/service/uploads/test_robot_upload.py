@@ -14,12 +14,12 @@ import pytest
 import trimesh
 from fastapi.testclient import TestClient
 
-from models.catalogue import catalogue
-from service.app import create_app
-from service.library.library import Library
-from service.requests.accept import accept
-from service.settings import Settings
-from service.workers.solving import solve_request
+from duocell.models.catalogue import catalogue
+from duocell.service.app import create_app
+from duocell.service.library.library import Library
+from duocell.service.requests.accept import accept
+from duocell.service.settings import Settings
+from duocell.service.workers.solving import solve_request
 from tests.service.conftest import FakeExecutor
 from tests.support.given import own_robot
 from tests.support.given.own_robot import BASE, UPPER, WRIST, urdf, zipped
@@ -392,7 +392,7 @@ def test_a_reader_that_breaks_down_takes_nothing_with_it(
 ) -> None:
     client = client_with()
     with monkeypatch.context() as patch:
-        patch.setattr("service.uploads.uploads.robot_from_upload", crash)
+        patch.setattr("duocell.service.uploads.uploads.robot_from_upload", crash)
         answer = send(client)
     assert answer.status_code == 422
     assert answer.json()["code"] == "invalid-upload"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from service.uploads.urdf_on_disk import robot_on_disk
+from duocell.service.uploads.urdf_on_disk import robot_on_disk
 from tests.support.given.acceptance import FOLDER
 
 

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from service.common.issues import InvalidRequest
-from service.library.library import Library
-from service.library.user_mesh import UserMesh, mesh_document
-from service.requests.accept import accept
-from service.schemas.request import EXAMPLE
-from service.settings import Limits
+from duocell.service.common.issues import InvalidRequest
+from duocell.service.library.library import Library
+from duocell.service.library.user_mesh import UserMesh, mesh_document
+from duocell.service.requests.accept import accept
+from duocell.service.schemas.request import EXAMPLE
+from duocell.service.settings import Limits
 
 CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 

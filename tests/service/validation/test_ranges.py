@@ -7,12 +7,12 @@ from typing import Any
 
 import pytest
 
-from service.common.issues import InvalidRequest
-from service.requests.accept import accept, accept_evaluation
-from service.schemas.evaluate import EVALUATE_EXAMPLE
-from service.schemas.request import EXAMPLE
-from service.schemas.task import ARC_END, ARC_START, LINE
-from service.settings import Limits
+from duocell.service.common.issues import InvalidRequest
+from duocell.service.requests.accept import accept, accept_evaluation
+from duocell.service.schemas.evaluate import EVALUATE_EXAMPLE
+from duocell.service.schemas.request import EXAMPLE
+from duocell.service.schemas.task import ARC_END, ARC_START, LINE
+from duocell.service.settings import Limits
 
 Document = dict[str, Any]
 ARC = {"start": ARC_START, "end": ARC_END, "radius": 0.9, "normal": [0, 0, 1e308], "count": 5}

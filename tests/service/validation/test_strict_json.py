@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from service.common.issues import InvalidRequest
-from service.validation.strict_json import MOST_FIELDS, NotJson, parse
+from duocell.service.common.issues import InvalidRequest
+from duocell.service.validation.strict_json import MOST_FIELDS, NotJson, parse
 
 
 class Name(str):
@@ -23,7 +23,7 @@ class Name(str):
 
 
 def test_a_repeated_name_is_found_without_comparing_all_pairs() -> None:
-    from service.validation.strict_json import _without_duplicates
+    from duocell.service.validation.strict_json import _without_duplicates
 
     Name.compared = 0
     pairs: list[tuple[str, Any]] = [(Name(f"k{k}"), 0) for k in range(MOST_FIELDS - 1)]

@@ -7,15 +7,15 @@ from typing import Any
 
 import pytest
 
-from service.common.issues import InvalidRequest
-from service.common.problems import response
-from service.http.error_handlers import as_problem
-from service.requests.accept import accept, accept_evaluation
-from service.schemas.evaluate import EVALUATE_EXAMPLE
-from service.schemas.request import EXAMPLE
-from service.settings import Limits
-from service.validation.strict_json import NotJson
-from service.validation.structure import check_structure
+from duocell.service.common.issues import InvalidRequest
+from duocell.service.common.problems import response
+from duocell.service.http.error_handlers import as_problem
+from duocell.service.requests.accept import accept, accept_evaluation
+from duocell.service.schemas.evaluate import EVALUATE_EXAMPLE
+from duocell.service.schemas.request import EXAMPLE
+from duocell.service.settings import Limits
+from duocell.service.validation.strict_json import NotJson
+from duocell.service.validation.structure import check_structure
 
 POSE = {"position": [0.8, 0.4, 0.1], "orientation": {"matrix": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}}
 SMALL = Limits(max_poses=60, max_obstacles=5, max_shapes=2, max_polygons=2, max_corners=9, max_couplings=3)

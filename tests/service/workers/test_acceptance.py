@@ -10,17 +10,17 @@ from pathlib import Path
 
 import pytest
 
-from service.common.issues import InvalidRequest
-from service.common.priority import READING
-from service.common.problems import Problem
-from service.library.shelves import View
-from service.requests.accept import accept
-from service.requests.reading import Read
-from service.schemas.request import EXAMPLE
-from service.settings import Limits, Settings
-from service.validation.strict_json import NotJson
-from service.workers import acceptance as acceptance_module
-from service.workers.acceptance import SMALL, Acceptance
+from duocell.service.common.issues import InvalidRequest
+from duocell.service.common.priority import READING
+from duocell.service.common.problems import Problem
+from duocell.service.library.shelves import View
+from duocell.service.requests.accept import accept
+from duocell.service.requests.reading import Read
+from duocell.service.schemas.request import EXAMPLE
+from duocell.service.settings import Limits, Settings
+from duocell.service.validation.strict_json import NotJson
+from duocell.service.workers import acceptance as acceptance_module
+from duocell.service.workers.acceptance import SMALL, Acceptance
 
 POSE = {"position": [0.8, 0.4, 0.1], "orientation": {"quaternion": [0.0, 0.0, 0.0, 1.0]}}
 

@@ -6,19 +6,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.cell.cell import Cell
-from optimizer.monitoring.events import Event
-from optimizer.monitoring.watch import Cancelled, watching
-from optimizer.nlp.measure import objective_of
-from optimizer.optimize import optimize
-from optimizer.progress.interim import interim_layout
-from optimizer.progress.known import Solved, Usable
-from optimizer.results.layout import Outcome
-from optimizer.settings import Settings, ToleranceSettings
-from service.common.issues import Issue
-from service.schemas.request import EXAMPLE, LayoutRequest
-from service.workers.best_known import BestKnown, KnownAnswer
-from service.workers.worker import Answer
+from duocell.models.cell.cell import Cell
+from duocell.optimizer.monitoring.events import Event
+from duocell.optimizer.monitoring.watch import Cancelled, watching
+from duocell.optimizer.nlp.measure import objective_of
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.progress.interim import interim_layout
+from duocell.optimizer.progress.known import Solved, Usable
+from duocell.optimizer.results.layout import Outcome
+from duocell.optimizer.settings import Settings, ToleranceSettings
+from duocell.service.common.issues import Issue
+from duocell.service.schemas.request import EXAMPLE, LayoutRequest
+from duocell.service.workers.best_known import BestKnown, KnownAnswer
+from duocell.service.workers.worker import Answer
 
 
 class Told(list[Answer]):
@@ -44,7 +44,7 @@ def first() -> Usable:
 
 
 def made() -> Cell:
-    from service.requests.convert import cell_of
+    from duocell.service.requests.convert import cell_of
 
     return cell_of(LayoutRequest.model_validate(EXAMPLE | {"certificate": None}), None)
 

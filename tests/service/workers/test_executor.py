@@ -13,12 +13,12 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from service.requests.accept import accept
-from service.schemas.request import EXAMPLE
-from service.settings import Settings
-from service.workers.executor import SolveFailed, Task, WorkerDied
-from service.workers.pool import GRACE, ProcessExecutor
-from service.workers.worker import Answer
+from duocell.service.requests.accept import accept
+from duocell.service.schemas.request import EXAMPLE
+from duocell.service.settings import Settings
+from duocell.service.workers.executor import SolveFailed, Task, WorkerDied
+from duocell.service.workers.pool import GRACE, ProcessExecutor
+from duocell.service.workers.worker import Answer
 
 Document = dict[str, Any]
 
@@ -226,8 +226,8 @@ def test_what_was_known_is_the_answer_of_a_solve_that_has_to_be_killed() -> None
 
 def deaf_but_telling(*arguments: Any) -> Answer:
     """Tells of two answers, and never of a third."""
-    from optimizer.monitoring.watch import tell
-    from service.workers.best_known import KnownAnswer
+    from duocell.optimizer.monitoring.watch import tell
+    from duocell.service.workers.best_known import KnownAnswer
 
     for number in (1, 2):
         tell(KnownAnswer(json.dumps(Answer(json.dumps({"number": number}), "feasible", number + 0.5, "0"))))

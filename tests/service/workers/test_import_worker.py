@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from service.common.issues import InvalidRequest
-from service.workers import fork_server
-from service.workers.import_worker import ImportWorker
+from duocell.service.common.issues import InvalidRequest
+from duocell.service.workers import fork_server
+from duocell.service.workers.import_worker import ImportWorker
 from tests.support.server import alive, children
 
 

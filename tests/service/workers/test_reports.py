@@ -3,8 +3,8 @@
 import json
 from math import inf, nan
 
-from optimizer.monitoring.events import Bounded, Iterated, Stage
-from service.workers.reports import Reports
+from duocell.optimizer.monitoring.events import Bounded, Iterated, Stage
+from duocell.service.workers.reports import Reports
 
 
 class Clock:

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from models.base.pose import rotation_from_quaternion, transform
-from models.cell.cell import Cell
-from models.cell.task import Task
-from models.robot.posture import ELBOW, SHOULDER, WRIST, Posture
+from duocell.models.base.pose import rotation_from_quaternion, transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.models.robot.posture import ELBOW, SHOULDER, WRIST, Posture
 from tests.support.given.arms import make_arm, region
 
 FOLDER = Path(__file__).resolve().parents[2] / "data" / "acceptance"

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from models.catalogue import catalogue
-from models.catalogue.dh import DhRow, robot_from_dh
-from models.catalogue.reference import mid_range
-from models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
-from models.robot.posture import Posture
-from models.robot.robot import Robot
+from duocell.models.catalogue import catalogue
+from duocell.models.catalogue.dh import DhRow, robot_from_dh
+from duocell.models.catalogue.reference import mid_range
+from duocell.models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
+from duocell.models.robot.posture import Posture
+from duocell.models.robot.robot import Robot
 
 Side = ArrayLike | Interval
 """A number where there is nothing to choose, or both ends."""

@@ -10,16 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from models.base.pose import rotation_x, rotation_z, transform
-from models.cell.cell import Cell
-from models.cell.surroundings import Clearances, Surroundings
-from models.cell.task import Task
-from models.geometry.shapes import Body, Box, Sphere
-from models.robot.arm import range_weights
-from optimizer.infeasibility.explain import explain
-from optimizer.infeasibility.searched.conflict import Conflict, ConflictSearch
-from optimizer.results.findings import Explanation
-from optimizer.results.layout import Layout, Outcome, Search
+from duocell.models.base.pose import rotation_x, rotation_z, transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.surroundings import Clearances, Surroundings
+from duocell.models.cell.task import Task
+from duocell.models.geometry.shapes import Body, Box, Sphere
+from duocell.models.robot.arm import range_weights
+from duocell.optimizer.infeasibility.explain import explain
+from duocell.optimizer.infeasibility.searched.conflict import Conflict, ConflictSearch
+from duocell.optimizer.results.findings import Explanation
+from duocell.optimizer.results.layout import Layout, Outcome, Search
 from tests.support.given.arms import make_arm, region
 
 DOWN = rotation_x(np.pi)

@@ -7,16 +7,16 @@ from math import pi
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from models.catalogue.catalogue import robot
-from models.catalogue.dh import robot_from_dh
-from models.cell.cell import Cell
-from models.cell.family import Job, family
-from models.cell.task import Task
-from models.kinematics.kinematics import reach
-from models.robot.arm import Arm, BaseRegion, Interval, range_weights
-from models.robot.robot import Robot
-from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.reduction.reduced import ReducedProblem, evaluate, reduced_problem
+from duocell.models.catalogue.catalogue import robot
+from duocell.models.catalogue.dh import robot_from_dh
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.family import Job, family
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.kinematics import reach
+from duocell.models.robot.arm import Arm, BaseRegion, Interval, range_weights
+from duocell.models.robot.robot import Robot
+from duocell.optimizer.certificate.bounds.boxes import Boxes
+from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate, reduced_problem
 from tests.support.given.arms import oblique_wrist, skew_rows
 
 SPHERICAL = ("puma560", "irb6700", "kr210_r2700", "j2s6s300")

@@ -11,17 +11,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
-from models.base.pose import inverse, rotation_x, rotation_z, transform
-from models.catalogue.links import link_bodies
-from models.cell.cell import Cell
-from models.cell.floor import Footprint
-from models.cell.surroundings import Clearances, Equipment, Part, Pedestal, Surroundings
-from models.cell.task import Task
-from models.geometry.shapes import Body, Box, Capsule, HalfSpace
-from models.kinematics.kinematics import flange_poses
-from models.robot.arm import Arm
-from models.robot.robot import Robot
-from optimizer.clearance.path_samples import follow
+from duocell.models.base.pose import inverse, rotation_x, rotation_z, transform
+from duocell.models.catalogue.links import link_bodies
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.floor import Footprint
+from duocell.models.cell.surroundings import Clearances, Equipment, Part, Pedestal, Surroundings
+from duocell.models.cell.task import Task
+from duocell.models.geometry.shapes import Body, Box, Capsule, HalfSpace
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.robot.arm import Arm
+from duocell.models.robot.robot import Robot
+from duocell.optimizer.clearance.path_samples import follow
 from tests.support.given.arms import make_arm
 from tests.support.given.solids import KINDS, random_shape
 

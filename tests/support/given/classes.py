@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from models.catalogue import catalogue
-from models.kinematics.closed_form import closed_form
+from duocell.models.catalogue import catalogue
+from duocell.models.kinematics.closed_form import closed_form
 
 CLOSED = tuple(name for name in catalogue.names() if closed_form(catalogue.robot(name)) is not None)
 """Arms with a closed form."""

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from models.base.pose import inverse
-from models.cell.family import Job, family
-from models.cell.task import Task
-from models.kinematics.kinematics import flange_poses
-from models.robot.robot import Robot
+from duocell.models.base.pose import inverse
+from duocell.models.cell.family import Job, family
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.robot.robot import Robot
 from tests.support.given.tasks import Possible, possible, way_of_joints
 from tests.support.oracles.signs import axis_signs
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import strategies as st
 
-from models.base.pose import rotation_z, transform
-from models.catalogue.catalogue import robot
-from models.cell.cell import Cell
-from models.cell.task import line
-from models.robot.arm import Arm, BaseRegion, Interval, range_weights
-from models.robot.posture import ALL_SIGNS
-from optimizer.reduction.reduced import ReducedProblem, reduced_problem
+from duocell.models.base.pose import rotation_z, transform
+from duocell.models.catalogue.catalogue import robot
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import line
+from duocell.models.robot.arm import Arm, BaseRegion, Interval, range_weights
+from duocell.models.robot.posture import ALL_SIGNS
+from duocell.optimizer.reduction.reduced import ReducedProblem, reduced_problem
 
 STEP = 1e-6
 """Of finite differences."""

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from models.base.pose import inverse, rotation_z, transform
-from models.cell.cell import Cell
-from models.cell.task import Task
-from models.kinematics.chain import chain_of
-from models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
-from models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
-from models.robot.robot import Robot
+from duocell.models.base.pose import inverse, rotation_z, transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
+from duocell.models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
+from duocell.models.robot.robot import Robot
 from tests.support.given.arms import make_arm, random_joints
 from tests.support.oracles.signs import axis_signs
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.pose import rotation_x, rotation_z, transform
-from models.catalogue.catalogue import robot
-from models.cell.cell import Cell
-from models.cell.task import arc_through_center, line
-from models.robot.arm import Arm, BaseRegion, Interval, range_weights
+from duocell.models.base.pose import rotation_x, rotation_z, transform
+from duocell.models.catalogue.catalogue import robot
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import arc_through_center, line
+from duocell.models.robot.arm import Arm, BaseRegion, Interval, range_weights
 
 TURNED = rotation_z(-np.pi / 4)
 MAIN_GRASP = transform([[0, 0, 1], [1, 0, 0], [0, 1, 0]], [-0.06, -0.015, -0.02])

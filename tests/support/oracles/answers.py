@@ -6,11 +6,11 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from models.cell.cell import Cell
-from models.kinematics.kinematics import FLANGE, pinocchio_model
-from models.robot.arm import Arm
-from optimizer.optimize import optimize
-from optimizer.results.layout import Layout, Outcome, Placement
+from duocell.models.cell.cell import Cell
+from duocell.models.kinematics.kinematics import FLANGE, pinocchio_model
+from duocell.models.robot.arm import Arm
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.results.layout import Layout, Outcome, Placement
 from tests.support.oracles.signs import axis_signs
 
 

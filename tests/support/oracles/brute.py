@@ -13,11 +13,11 @@ import numpy as np
 import ssik
 from scipy.optimize import minimize
 
-from models.cell.cell import Cell
-from models.kinematics.chain import chain_of
-from models.robot.arm import Arm
-from models.robot.posture import ALL_SIGNS
-from models.robot.robot import Robot
+from duocell.models.cell.cell import Cell
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.robot.arm import Arm
+from duocell.models.robot.posture import ALL_SIGNS
+from duocell.models.robot.robot import Robot
 from tests.support.angles import TURN, wrapped
 from tests.support.oracles import puma
 from tests.support.oracles.signs import axis_signs

@@ -9,10 +9,10 @@ import numpy as np
 import pinocchio as pin
 from scipy.spatial.transform import Rotation, Slerp
 
-from models.collision.collision import CollisionModel
-from models.geometry.shapes import Box, Capsule, Cylinder, HalfSpace, Shape, Sphere
-from models.kinematics.kinematics import FLANGE, pinocchio_model
-from models.robot.arm import Arm
+from duocell.models.collision.collision import CollisionModel
+from duocell.models.geometry.shapes import Box, Capsule, Cylinder, HalfSpace, Shape, Sphere
+from duocell.models.kinematics.kinematics import FLANGE, pinocchio_model
+from duocell.models.robot.arm import Arm
 from tests.support.given.cells import Scene
 
 

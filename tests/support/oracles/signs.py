@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.base.pose import rotation_about
-from models.kinematics.closed_form import closed_form
-from models.kinematics.nominal import nominal
-from models.robot.robot import Robot
+from duocell.models.base.pose import rotation_about
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.nominal import nominal
+from duocell.models.robot.robot import Robot
 
 
 def joint_axes(robot: Robot, joints: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

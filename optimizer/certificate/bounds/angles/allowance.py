@@ -16,8 +16,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.kept import KEPT
-from optimizer.certificate.bounds.angles.targets import Targets
+from duocell.models.base.kept import KEPT
+from duocell.optimizer.certificate.bounds.angles.targets import Targets
 
 UNITS = 64.0
 """Units in the last place of the largest coordinate that rounding makes of places, with room to spare."""

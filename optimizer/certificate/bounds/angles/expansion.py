@@ -15,11 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
-from models.robot.arm import TURN
-from optimizer.certificate.bounds.angles.joints import SLACK, Angles, AngleSlopes, Kinematics
-from optimizer.certificate.bounds.ball import Ball
-from optimizer.certificate.bounds.boxes import Boxes
+from duocell.models.base.arrays import Bools, Floats
+from duocell.models.robot.arm import TURN
+from duocell.optimizer.certificate.bounds.angles.joints import SLACK, Angles, AngleSlopes, Kinematics
+from duocell.optimizer.certificate.bounds.ball import Ball
+from duocell.optimizer.certificate.bounds.boxes import Boxes
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -27,10 +27,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
-from optimizer.certificate.bounds.angles.targets import Targets
-from optimizer.certificate.bounds.ball import Ball, bearing, cos_sin, distances, reciprocal
-from optimizer.certificate.bounds.boxes import Boxes
+from duocell.models.base.arrays import Bools, Floats
+from duocell.optimizer.certificate.bounds.angles.targets import Targets
+from duocell.optimizer.certificate.bounds.ball import Ball, bearing, cos_sin, distances, reciprocal
+from duocell.optimizer.certificate.bounds.boxes import Boxes
 
 SHORTEST = 1e-6
 """m in front of axis 1; with less the shoulder counts as singular: acos (o / D) is off by 1e-16 D / f."""

@@ -17,11 +17,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
-from optimizer.certificate.bounds.angles.allowance import NONE, Allowance
-from optimizer.certificate.bounds.angles.front import Front, FrontSlopes, front_bending, front_slopes, front_values
-from optimizer.certificate.bounds.angles.targets import Targets
-from optimizer.certificate.bounds.angles.triangle import (
+from duocell.models.base.arrays import Bools, Floats
+from duocell.optimizer.certificate.bounds.angles.allowance import NONE, Allowance
+from duocell.optimizer.certificate.bounds.angles.front import (
+    Front,
+    FrontSlopes,
+    front_bending,
+    front_slopes,
+    front_values,
+)
+from duocell.optimizer.certificate.bounds.angles.targets import Targets
+from duocell.optimizer.certificate.bounds.angles.triangle import (
     FLAT,
     Triangle,
     TriangleSlopes,
@@ -30,9 +36,9 @@ from optimizer.certificate.bounds.angles.triangle import (
     triangle_slopes,
     triangle_values,
 )
-from optimizer.certificate.bounds.angles.wrist import Wrist, WristRates, combined, swing, wrist_values
-from optimizer.certificate.bounds.ball import Ball, cos_sin, stacked
-from optimizer.certificate.bounds.boxes import Boxes
+from duocell.optimizer.certificate.bounds.angles.wrist import Wrist, WristRates, combined, swing, wrist_values
+from duocell.optimizer.certificate.bounds.ball import Ball, cos_sin, stacked
+from duocell.optimizer.certificate.bounds.boxes import Boxes
 
 SLACK = 1e-9
 """rad and m left around every enclosure: for rounding, and for constants of robots that are known to as much."""

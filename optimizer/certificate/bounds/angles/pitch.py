@@ -14,8 +14,8 @@ component along h1 is sin e whatever the base, so with A the azimuth of h1
 
     azimuth = A ± acos(sin e / sin θ),        p = azimuth - (0 where q̂ > 0, π where q̂ < 0).
 
-Where θ keeps a distance from 0 and π, by rule of the product (`models.kinematics.wrist_singularity`), sin e / sin θ
-has narrow bounds, and p is in two narrow intervals. Without the rule p is cut into cells over all that it may be.
+Where θ keeps a distance from 0 and π, by rule of the product (`duocell.models.kinematics.wrist_singularity`), sin e /
+sin θ has narrow bounds, and p is in two narrow intervals. Without the rule p is cut into cells over all that it may be.
 
 Neighbouring axes are perpendicular up to c4 and c6, at most `SQUARE`. Terms of M change by at most 2 (|c4| + |c6|), its
 sums, of length 1 at least, by twice that; the azimuth of Rot(h5, q5) h6 by (|c4| + |c6|) / sin θ.
@@ -27,14 +27,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats, Ints
-from models.robot.arm import TURN
-from optimizer.certificate.bounds.angles.allowance import SINE
-from optimizer.certificate.bounds.angles.joints import SLACK, Angles, Kinematics
-from optimizer.certificate.bounds.angles.triangle import triangle_values
-from optimizer.certificate.bounds.angles.wrist import swing
-from optimizer.certificate.bounds.ball import ANYTHING, Ball, cos_sin
-from optimizer.certificate.bounds.boxes import Boxes
+from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.robot.arm import TURN
+from duocell.optimizer.certificate.bounds.angles.allowance import SINE
+from duocell.optimizer.certificate.bounds.angles.joints import SLACK, Angles, Kinematics
+from duocell.optimizer.certificate.bounds.angles.triangle import triangle_values
+from duocell.optimizer.certificate.bounds.angles.wrist import swing
+from duocell.optimizer.certificate.bounds.ball import ANYTHING, Ball, cos_sin
+from duocell.optimizer.certificate.bounds.boxes import Boxes
 
 SQUARE = 1e-5
 """Largest cosine between neighbouring axes of the wrist, and between n and the base plane."""

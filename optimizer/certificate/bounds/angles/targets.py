@@ -10,16 +10,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Floats
-from models.kinematics.closed_form import ClosedForm
-from models.kinematics.difference import SAME, Difference
-from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.reduction.reduced import ReducedProblem
+from duocell.models.base.arrays import Floats
+from duocell.models.kinematics.closed_form import ClosedForm
+from duocell.models.kinematics.difference import SAME, Difference
+from duocell.optimizer.certificate.bounds.boxes import Boxes
+from duocell.optimizer.reduction.reduced import ReducedProblem
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Targets:
-    """The poses of a reduced problem in the terms of `models.kinematics.closed_form`.
+    """The poses of a reduced problem in the terms of `duocell.models.kinematics.closed_form`.
 
     Attributes:
         form: the robot's closed form.

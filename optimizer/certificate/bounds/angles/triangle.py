@@ -30,9 +30,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
-from models.kinematics.closed_form import Planar
-from optimizer.certificate.bounds.ball import Ball, bearing, cos_sin, distances, reciprocal
+from duocell.models.base.arrays import Bools, Floats
+from duocell.models.kinematics.closed_form import Planar
+from duocell.optimizer.certificate.bounds.ball import Ball, bearing, cos_sin, distances, reciprocal
 
 FLAT = 1e-4
 """Sine of an elbow that counts as straight or folded: its slopes would be of no use."""

@@ -40,10 +40,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.base.arrays import Bools, Floats
-from models.kinematics.closed_form import ClosedForm
-from optimizer.certificate.bounds.angles.allowance import SINE
-from optimizer.certificate.bounds.ball import ANYTHING, Ball, bearing, cos_sin, reciprocal
+from duocell.models.base.arrays import Bools, Floats
+from duocell.models.kinematics.closed_form import ClosedForm
+from duocell.optimizer.certificate.bounds.angles.allowance import SINE
+from duocell.optimizer.certificate.bounds.ball import ANYTHING, Ball, bearing, cos_sin, reciprocal
 
 POLE = 1e-5
 """rad; directions nearer than this to the axis they turn about count as on it: azimuths are off by 1e-15 over it."""

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from models.base.errors import InvalidInput
-from models.base.pose import rotation_z
-from models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
-from models.cell.coupling.direction import APART
+from duocell.models.base.errors import InvalidInput
+from duocell.models.base.pose import rotation_z
+from duocell.models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.cell.coupling.direction import APART
 
 LENGTH = st.floats(-3.0, 3.0)
 ANGLE = st.floats(-3.1, 3.1)

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from optimizer.certificate.bounds.ball import ANYTHING, Ball, bearing, cos_sin, distances, reciprocal, stacked
+from duocell.optimizer.certificate.bounds.ball import ANYTHING, Ball, bearing, cos_sin, distances, reciprocal, stacked
 
 COUNT = 2000
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from optimizer.certificate.bounds.box_bounds import LIMIT, PATH, REACH, BoxBounder
-from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.reduction.reduced import evaluate_signed
+from duocell.optimizer.certificate.bounds.box_bounds import LIMIT, PATH, REACH, BoxBounder
+from duocell.optimizer.certificate.bounds.boxes import Boxes
+from duocell.optimizer.reduction.reduced import evaluate_signed
 from tests.support.given.boxes import PARALLEL, SPECIAL, SPHERICAL, boxes_around, members, random_problem
 
 TRIALS, BOXES, SAMPLES = 14, 120, 12

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from optimizer.certificate.bounds.boxes import Boxes
+from duocell.optimizer.certificate.bounds.boxes import Boxes
 
 ALL = np.ones(8, dtype=bool)
 

@@ -5,8 +5,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from optimizer.certificate.bounds.ball import ANYTHING, Ball
-from optimizer.certificate.bounds.lifts import cheapest_lifts
+from duocell.optimizer.certificate.bounds.ball import ANYTHING, Ball
+from duocell.optimizer.certificate.bounds.lifts import cheapest_lifts
 
 TURN = 2.0 * np.pi
 LIFTS = TURN * np.array(list(product(range(-4, 5), repeat=4)))

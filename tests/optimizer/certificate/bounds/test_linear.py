@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from optimizer.certificate.bounds.linear import Linear
+from duocell.optimizer.certificate.bounds.linear import Linear
 
 
 def random_linear(rng, count, rows=24, variables=3, limits=0.6):

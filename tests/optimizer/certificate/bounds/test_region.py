@@ -3,9 +3,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from optimizer.certificate.bounds.angles.targets import Targets
-from optimizer.certificate.bounds.region import reachable_region
-from optimizer.reduction.reduced import evaluate
+from duocell.optimizer.certificate.bounds.angles.targets import Targets
+from duocell.optimizer.certificate.bounds.region import reachable_region
+from duocell.optimizer.reduction.reduced import evaluate
 from tests.support.given.boxes import PARALLEL, SPECIAL, SPHERICAL, random_problem
 
 

@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 
 from bench.draws.singular_draw import members_near_curves, singular_boxes, singular_places, singular_problem
-from models.catalogue.catalogue import robot
-from models.cell.cell import Cell
-from models.cell.task import Task
-from models.kinematics.closed_form import closed_form
-from models.kinematics.link_frames import link_frames
-from models.robot.arm import Arm, BaseRegion, Interval
-from optimizer.certificate.bounds.angles.pitch import pitch_cells
-from optimizer.certificate.bounds.ball import Ball
-from optimizer.certificate.bounds.box_bounds import BoxBounder
-from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.certificate.bounds.lifts import nearest_lifts
-from optimizer.reduction.reduced import evaluate_signed, reduced_problem
+from duocell.models.catalogue.catalogue import robot
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.link_frames import link_frames
+from duocell.models.robot.arm import Arm, BaseRegion, Interval
+from duocell.optimizer.certificate.bounds.angles.pitch import pitch_cells
+from duocell.optimizer.certificate.bounds.ball import Ball
+from duocell.optimizer.certificate.bounds.box_bounds import BoxBounder
+from duocell.optimizer.certificate.bounds.boxes import Boxes
+from duocell.optimizer.certificate.bounds.lifts import nearest_lifts
+from duocell.optimizer.reduction.reduced import evaluate_signed, reduced_problem
 
 TRIALS, BOXES, SAMPLES = 5, 100, 16
 

@@ -5,10 +5,10 @@ from itertools import product
 import numpy as np
 import pytest
 
-from optimizer.certificate.bounds.ball import Ball
-from optimizer.certificate.bounds.rules import Rules
-from optimizer.certificate.bounds.twist import Twist, twist_cost
-from optimizer.certificate.bounds.yaw import Shifts
+from duocell.optimizer.certificate.bounds.ball import Ball
+from duocell.optimizer.certificate.bounds.rules import Rules
+from duocell.optimizer.certificate.bounds.twist import Twist, twist_cost
+from duocell.optimizer.certificate.bounds.yaw import Shifts
 
 TURN = 2.0 * np.pi
 

@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from optimizer.certificate.bounds.ball import ANYTHING, Ball
-from optimizer.certificate.bounds.yaw import Shifts, shift_cost, torn, unwrapped
+from duocell.optimizer.certificate.bounds.ball import ANYTHING, Ball
+from duocell.optimizer.certificate.bounds.yaw import Shifts, shift_cost, torn, unwrapped
 
 TURN = 2.0 * np.pi
 FREE = Shifts(0.0, 0.0, True)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from models.base.pose import transform
-from models.geometry.separation import separation
-from models.geometry.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
-from optimizer.certificate.exclusion.gap import gap, segment_gaps
+from duocell.models.base.pose import transform
+from duocell.models.geometry.separation import separation
+from duocell.models.geometry.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
+from duocell.optimizer.certificate.exclusion.gap import gap, segment_gaps
 
 POINTS = np.random.default_rng(5).normal(size=(20, 3))
 SHAPES: tuple[Shape, ...] = (

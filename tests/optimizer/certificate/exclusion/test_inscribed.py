@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from models.base.pose import transform
-from models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Shape, Sphere
-from optimizer.certificate.exclusion.gap import gap, inside
-from optimizer.certificate.exclusion.inscribed import (
+from duocell.models.base.pose import transform
+from duocell.models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Shape, Sphere
+from duocell.optimizer.certificate.exclusion.gap import gap, inside
+from duocell.optimizer.certificate.exclusion.inscribed import (
     axis_capsules,
     axis_distance,
     edge_points,

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.kinematics.link_frames import link_frames
-from optimizer.certificate.bounds.angles.joints import Kinematics
-from optimizer.certificate.bounds.angles.targets import Targets
-from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.certificate.exclusion.motion import motion
-from optimizer.reduction.reduced import ReducedProblem, evaluate_signed
+from duocell.models.kinematics.link_frames import link_frames
+from duocell.optimizer.certificate.bounds.angles.joints import Kinematics
+from duocell.optimizer.certificate.bounds.angles.targets import Targets
+from duocell.optimizer.certificate.bounds.boxes import Boxes
+from duocell.optimizer.certificate.exclusion.motion import motion
+from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed
 from tests.support.given.boxes import boxes_around, members, random_problem
 
 

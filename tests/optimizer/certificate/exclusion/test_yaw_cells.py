@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.robot.arm import TURN
-from optimizer.certificate.bounds.ball import Ball
-from optimizer.certificate.bounds.rules import Rules
-from optimizer.certificate.bounds.yaw import Shifts
-from optimizer.certificate.exclusion.yaw_cells import yaw_cells
+from duocell.models.robot.arm import TURN
+from duocell.optimizer.certificate.bounds.ball import Ball
+from duocell.optimizer.certificate.bounds.rules import Rules
+from duocell.optimizer.certificate.bounds.yaw import Shifts
+from duocell.optimizer.certificate.exclusion.yaw_cells import yaw_cells
 
 LIFTS = TURN * np.arange(-3, 4)
 

@@ -7,10 +7,10 @@ from math import cos, sin
 import numpy as np
 import pytest
 
-from models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
-from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.certificate.pairs.couplings import untied
-from optimizer.verification.scene import tie_violation
+from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from duocell.optimizer.certificate.bounds.boxes import Boxes
+from duocell.optimizer.certificate.pairs.couplings import untied
+from duocell.optimizer.verification.scene import tie_violation
 
 ANGLE, POINT = 0.7, (0.3, -0.2)
 ALONG, ACROSS = np.array([cos(ANGLE), sin(ANGLE)]), np.array([-sin(ANGLE), cos(ANGLE)])

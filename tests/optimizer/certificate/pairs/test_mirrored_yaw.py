@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.cell.coupling import Mirror
-from optimizer.certificate.pairs.mirrored_yaw import BestYaw, mirrored_cost
+from duocell.models.cell.coupling import Mirror
+from duocell.optimizer.certificate.pairs.mirrored_yaw import BestYaw, mirrored_cost
 
 
 def test_the_cost_is_that_of_the_best_common_yaw() -> None:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from bench.soundness.tied_soundness import attempt
-from optimizer.certificate.pairs.mirrored_yaw import BestYaw
-from optimizer.certificate.pairs.shared_yaw import HALF, cell_costs
+from duocell.optimizer.certificate.pairs.mirrored_yaw import BestYaw
+from duocell.optimizer.certificate.pairs.shared_yaw import HALF, cell_costs
 
 
 @pytest.mark.parametrize(

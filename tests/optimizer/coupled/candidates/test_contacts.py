@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.base.pose import transform
-from models.cell.surroundings import PairClass
-from models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Sphere
-from models.kinematics.link_frames import link_frames
-from optimizer.coupled.candidates.contacts import SomePairs, inner_capsule
-from optimizer.verification.scene import Scene
+from duocell.models.base.pose import transform
+from duocell.models.cell.surroundings import PairClass
+from duocell.models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Sphere
+from duocell.models.kinematics.link_frames import link_frames
+from duocell.optimizer.coupled.candidates.contacts import SomePairs, inner_capsule
+from duocell.optimizer.verification.scene import Scene
 from tests.support.given.cells import beam_pair
 
 POST = Body("post", np.eye(4), Cylinder(0.15, 2.0))

@@ -9,17 +9,17 @@ import pytest
 
 from bench.draws.cells import real_cell
 from bench.judges.dense_check import dense_check
-from models.cell.coupling import Distance, Mirror
-from models.cell.surroundings import Surroundings
-from optimizer.coupled.candidates.followed import Followed
-from optimizer.coupled.candidates.layouts import sample_layouts
-from optimizer.coupled.candidates.starts import starts_of
-from optimizer.optimize import optimize
-from optimizer.reduction.reduced import reduced_problem
-from optimizer.results.layout import Outcome
-from optimizer.settings import Settings
-from optimizer.verification.scene import Scene
-from optimizer.verification.verify import check
+from duocell.models.cell.coupling import Distance, Mirror
+from duocell.models.cell.surroundings import Surroundings
+from duocell.optimizer.coupled.candidates.followed import Followed
+from duocell.optimizer.coupled.candidates.layouts import sample_layouts
+from duocell.optimizer.coupled.candidates.starts import starts_of
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.reduction.reduced import reduced_problem
+from duocell.optimizer.results.layout import Outcome
+from duocell.optimizer.settings import Settings
+from duocell.optimizer.verification.scene import Scene
+from duocell.optimizer.verification.verify import check
 from tests.support.given.arms import region
 from tests.support.given.cells import beam_pair
 

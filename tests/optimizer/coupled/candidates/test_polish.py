@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from bench.trials.coupled_tasks import coupled_task
-from optimizer.coupled.candidates.followed import Followed
-from optimizer.coupled.candidates.layouts import sample_layouts
-from optimizer.coupled.candidates.polish import TAKEN, polished
-from optimizer.reduction.reduced import reduced_problem
-from optimizer.verification.scene import Scene
+from duocell.optimizer.coupled.candidates.followed import Followed
+from duocell.optimizer.coupled.candidates.layouts import sample_layouts
+from duocell.optimizer.coupled.candidates.polish import TAKEN, polished
+from duocell.optimizer.reduction.reduced import reduced_problem
+from duocell.optimizer.verification.scene import Scene
 
 MIRRORED = 43
 """A task whose cheapest samples lead to places where turning the bases onto the mirror costs more than it seemed."""

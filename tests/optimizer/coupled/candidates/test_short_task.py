@@ -7,20 +7,20 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_z, transform
-from models.cell.cell import Cell
-from models.cell.surroundings import Clearances, Surroundings
-from models.cell.task import Task
-from models.geometry.shapes import Body, Box
-from models.robot.posture import ALL_SIGNS
-from optimizer.coupled.candidates.short_task import ShortTask, shortened
-from optimizer.coupled.search import search_coupled
-from optimizer.nlp.program import ArmPoint
-from optimizer.reduction.reduced import evaluate, reduced_problem
-from optimizer.settings import Settings
-from optimizer.single_arm.search import search_arm
-from optimizer.verification.scene import Scene
-from optimizer.verification.verify import check
+from duocell.models.base.pose import rotation_z, transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.surroundings import Clearances, Surroundings
+from duocell.models.cell.task import Task
+from duocell.models.geometry.shapes import Body, Box
+from duocell.models.robot.posture import ALL_SIGNS
+from duocell.optimizer.coupled.candidates.short_task import ShortTask, shortened
+from duocell.optimizer.coupled.search import search_coupled
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.reduction.reduced import evaluate, reduced_problem
+from duocell.optimizer.settings import Settings
+from duocell.optimizer.single_arm.search import search_arm
+from duocell.optimizer.verification.scene import Scene
+from duocell.optimizer.verification.verify import check
 from tests.support.given.arms import make_arm, region
 
 MANY = 240

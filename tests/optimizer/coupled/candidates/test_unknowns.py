@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_z, transform
-from models.cell.coupling import Direction, Mirror, Rail, SameHeight
-from optimizer.coupled.candidates.unknowns import TiedUnknowns
-from optimizer.coupled.combinations.place_tied import tie_lacks
+from duocell.models.base.pose import rotation_z, transform
+from duocell.models.cell.coupling import Direction, Mirror, Rail, SameHeight
+from duocell.optimizer.coupled.candidates.unknowns import TiedUnknowns
+from duocell.optimizer.coupled.combinations.place_tied import tie_lacks
 from tests.support.given.cells import beam_pair
 
 BOXES = np.array([[[-1.0, 0.5], [-0.8, 0.9], [0.0, 0.4]], [[-0.6, 1.2], [-0.9, 0.8], [0.1, 0.5]]])

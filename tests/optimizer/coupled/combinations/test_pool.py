@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.cell.coupling import Distance
-from models.geometry.shapes import Body, Capsule
-from optimizer.nlp.program import ArmPoint
-from optimizer.optimize import optimize
-from optimizer.verification.scene import Scene
+from duocell.models.cell.coupling import Distance
+from duocell.models.geometry.shapes import Body, Capsule
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.verification.scene import Scene
 from tests.support.given.blocked import carried, halves, one_arm
 from tests.support.given.cells import beam_pair
 

@@ -10,13 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bench.draws.cells import real_cell
-from models.base.pose import transform
-from models.cell.cell import Cell
-from models.cell.floor import Floor
-from models.cell.surroundings import Clearances, Part, Surroundings
-from models.geometry.shapes import Body, Sphere
-from optimizer.infeasibility.searched.conflict import ConflictSearch, Known
-from optimizer.infeasibility.searched.violations import Violation, part_violations
+from duocell.models.base.pose import transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.floor import Floor
+from duocell.models.cell.surroundings import Clearances, Part, Surroundings
+from duocell.models.geometry.shapes import Body, Sphere
+from duocell.optimizer.infeasibility.searched.conflict import ConflictSearch, Known
+from duocell.optimizer.infeasibility.searched.violations import Violation, part_violations
 from tests.support.given.arms import region
 from tests.support.given.blocked import (
     ball_in_the_way,

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.base.pose import transform
-from models.cell.floor import Floor, Footprint
-from models.cell.surroundings import Clearances, Equipment, Part, Pedestal, Surroundings
-from models.cell.task import line
-from models.geometry.shapes import Body, Box, Sphere
-from optimizer.infeasibility.searched.obstructed import obstruction
+from duocell.models.base.pose import transform
+from duocell.models.cell.floor import Floor, Footprint
+from duocell.models.cell.surroundings import Clearances, Equipment, Part, Pedestal, Surroundings
+from duocell.models.cell.task import line
+from duocell.models.geometry.shapes import Body, Box, Sphere
+from duocell.optimizer.infeasibility.searched.obstructed import obstruction
 from tests.support.given.arms import region
 from tests.support.given.tasks import possible
 

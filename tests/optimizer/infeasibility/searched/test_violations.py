@@ -9,13 +9,13 @@ import pytest
 
 from bench.draws.cells import real_cell
 from bench.judges.dense_check import dense_check
-from models.cell.cell import Cell
-from models.cell.surroundings import Surroundings
-from optimizer.infeasibility.requirements import Kind
-from optimizer.infeasibility.searched.partial_path import PartialPath, extended
-from optimizer.infeasibility.searched.violations import violations
-from optimizer.nlp.program import ArmPoint
-from optimizer.optimize import optimize
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.surroundings import Surroundings
+from duocell.optimizer.infeasibility.requirements import Kind
+from duocell.optimizer.infeasibility.searched.partial_path import PartialPath, extended
+from duocell.optimizer.infeasibility.searched.violations import violations
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.optimize import optimize
 
 
 @pytest.mark.parametrize("seed", [0, 4, 5])

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_about
-from optimizer.reduction.box import search_box
-from optimizer.single_arm.redundant.draws import draw_seeds, drawn_postures, fit_to_bases
-from optimizer.single_arm.redundant.unreduced_problem import Seeds, seen_from_bases, unreduced_problem
+from duocell.models.base.pose import rotation_about
+from duocell.optimizer.reduction.box import search_box
+from duocell.optimizer.single_arm.redundant.draws import draw_seeds, drawn_postures, fit_to_bases
+from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, seen_from_bases, unreduced_problem
 from tests.support.given.tasks import possible
 
 

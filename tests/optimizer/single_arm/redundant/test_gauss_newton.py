@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_about
-from optimizer.reduction.box import search_box
-from optimizer.single_arm.local import solve_locally
-from optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
-from optimizer.single_arm.redundant.ranking import figures
-from optimizer.single_arm.redundant.unreduced_problem import Seeds, unreduced_problem
+from duocell.models.base.pose import rotation_about
+from duocell.optimizer.reduction.box import search_box
+from duocell.optimizer.single_arm.local import solve_locally
+from duocell.optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
+from duocell.optimizer.single_arm.redundant.ranking import figures
+from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, unreduced_problem
 from tests.support.given.tasks import possible
 from tests.support.oracles.answers import reached
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.cell.cell import Cell
-from models.cell.task import Task
-from optimizer.nlp.program import ArmPoint
-from optimizer.single_arm.redundant.held_poses import with_held_poses
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.single_arm.redundant.held_poses import with_held_poses
 from tests.support.given.tasks import possible
 
 

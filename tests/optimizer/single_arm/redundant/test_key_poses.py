@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_z, transform
-from models.cell.family import Job, family
-from models.cell.task import Task, line
-from optimizer.reduction.box import search_box
-from optimizer.single_arm.redundant.key_poses import key_poses, on_the_way, reduced_to, shares
-from optimizer.single_arm.redundant.unreduced_problem import unreduced_problem
+from duocell.models.base.pose import rotation_z, transform
+from duocell.models.cell.family import Job, family
+from duocell.models.cell.task import Task, line
+from duocell.optimizer.reduction.box import search_box
+from duocell.optimizer.single_arm.redundant.key_poses import key_poses, on_the_way, reduced_to, shares
+from duocell.optimizer.single_arm.redundant.unreduced_problem import unreduced_problem
 from tests.support.given.tasks import possible
 
 

@@ -6,7 +6,7 @@ from itertools import product
 
 import numpy as np
 
-from optimizer.single_arm.redundant.normal_equations import backwards, bounded_step, factorised, forwards
+from duocell.optimizer.single_arm.redundant.normal_equations import backwards, bounded_step, factorised, forwards
 
 
 def test_factors_solve_the_systems():

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from bench.trials.waypoints import way_task
-from optimizer.optimize import optimize
-from optimizer.reduction.box import search_box
-from optimizer.settings import Settings
-from optimizer.single_arm.redundant.ranking import distinct, figures
-from optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, unreduced_problem
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.reduction.box import search_box
+from duocell.optimizer.settings import Settings
+from duocell.optimizer.single_arm.redundant.ranking import distinct, figures
+from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, unreduced_problem
 from tests.support.oracles.answers import assert_ended
 
 IIWA14, GEN3 = 46, 47

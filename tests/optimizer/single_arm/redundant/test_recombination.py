@@ -7,12 +7,18 @@ from itertools import product
 import numpy as np
 import pytest
 
-from models.robot.arm import TURN
-from optimizer.reduction.box import search_box
-from optimizer.single_arm.redundant.parameters import PARAMETERS
-from optimizer.single_arm.redundant.ranking import figures
-from optimizer.single_arm.redundant.recombination import LEAP_PRICE, _Layer, _shortest, distinct_bases, recombined
-from optimizer.single_arm.redundant.unreduced_problem import Seeds, unreduced_problem
+from duocell.models.robot.arm import TURN
+from duocell.optimizer.reduction.box import search_box
+from duocell.optimizer.single_arm.redundant.parameters import PARAMETERS
+from duocell.optimizer.single_arm.redundant.ranking import figures
+from duocell.optimizer.single_arm.redundant.recombination import (
+    LEAP_PRICE,
+    _Layer,
+    _shortest,
+    distinct_bases,
+    recombined,
+)
+from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, unreduced_problem
 from tests.support.given.tasks import possible
 
 

@@ -8,23 +8,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.base.pose import rotation_about, rotation_z, transform
-from models.cell.cell import Cell
-from models.cell.task import Task
-from models.kinematics.chain import chain_of
-from models.robot.arm import Arm, BaseRegion, Interval
-from optimizer.nlp.measure import objective_of
-from optimizer.reduction.box import search_box
-from optimizer.reduction.layers import LayeredPath
-from optimizer.settings import Settings
-from optimizer.single_arm.continuation import continue_paths
-from optimizer.single_arm.redundant.parameters import PARAMETERS
-from optimizer.single_arm.redundant.ranking import figures
-from optimizer.single_arm.redundant.unreduced import _one_of_a_kind
-from optimizer.single_arm.redundant.unreduced_problem import Seeds, unreduced_problem
-from optimizer.single_arm.redundant.varied_paths import varied_paths
-from optimizer.single_arm.search import search_arm
-from optimizer.verification.verify import check
+from duocell.models.base.pose import rotation_about, rotation_z, transform
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
+from duocell.models.kinematics.chain import chain_of
+from duocell.models.robot.arm import Arm, BaseRegion, Interval
+from duocell.optimizer.nlp.measure import objective_of
+from duocell.optimizer.reduction.box import search_box
+from duocell.optimizer.reduction.layers import LayeredPath
+from duocell.optimizer.settings import Settings
+from duocell.optimizer.single_arm.continuation import continue_paths
+from duocell.optimizer.single_arm.redundant.parameters import PARAMETERS
+from duocell.optimizer.single_arm.redundant.ranking import figures
+from duocell.optimizer.single_arm.redundant.unreduced import _one_of_a_kind
+from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, unreduced_problem
+from duocell.optimizer.single_arm.redundant.varied_paths import varied_paths
+from duocell.optimizer.single_arm.search import search_arm
+from duocell.optimizer.verification.verify import check
 from tests.support.given.families import possible_family
 from tests.support.given.tasks import possible
 from tests.support.oracles.answers import reached

@@ -9,8 +9,8 @@ import pytest
 from fastapi.testclient import TestClient
 from pydantic import ValidationError
 
-from service.http.keys import hash_line, new_key
-from service.settings import Access
+from duocell.service.http.keys import hash_line, new_key
+from duocell.service.settings import Access
 
 Make = Callable[..., TestClient]
 PAGE = "https://planner.example"

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 from fastapi.testclient import TestClient
 
-from service.http.keys import hash_line, new_key
-from service.http.middleware.guard import _address
+from duocell.service.http.keys import hash_line, new_key
+from duocell.service.http.middleware.guard import _address
 
 Make = Callable[..., TestClient]
 KEY = new_key()

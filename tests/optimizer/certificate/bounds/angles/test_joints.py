@@ -3,13 +3,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.kinematics.branches import solve_signed
-from optimizer.certificate.bounds.angles.expansion import enclose, expand
-from optimizer.certificate.bounds.angles.joints import Kinematics
-from optimizer.certificate.bounds.angles.targets import Targets
-from optimizer.certificate.bounds.boxes import Boxes
-from optimizer.certificate.bounds.twist import twist_of
-from optimizer.reduction.reduced import seen_from
+from duocell.models.kinematics.branches import solve_signed
+from duocell.optimizer.certificate.bounds.angles.expansion import enclose, expand
+from duocell.optimizer.certificate.bounds.angles.joints import Kinematics
+from duocell.optimizer.certificate.bounds.angles.targets import Targets
+from duocell.optimizer.certificate.bounds.boxes import Boxes
+from duocell.optimizer.certificate.bounds.twist import twist_of
+from duocell.optimizer.reduction.reduced import seen_from
 from tests.support.given.boxes import PARALLEL, SPECIAL, SPHERICAL, members, random_problem
 
 TURN = 2.0 * np.pi

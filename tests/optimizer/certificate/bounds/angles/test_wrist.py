@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from optimizer.certificate.bounds.angles.wrist import Wrist, _bend, combined, swing
+from duocell.optimizer.certificate.bounds.angles.wrist import Wrist, _bend, combined, swing
 
 
 @pytest.mark.parametrize("lean", [0.0, 0.3, -0.8, 1.0])

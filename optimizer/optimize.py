@@ -24,7 +24,8 @@ from duocell.optimizer.progress.interim import interim_layout, unknown_layout, w
 from duocell.optimizer.progress.known import Solved
 from duocell.optimizer.progress.timetable import Progress, Timetable, timetable
 from duocell.optimizer.reasons.reasons import name_jobs
-from duocell.optimizer.results.layout import Certificate, Layout, Outcome, Placement, Reason, Search
+from duocell.optimizer.results.layout import Certificate, Layout, Outcome, Reason, Search
+from duocell.optimizer.results.placement import Placement
 from duocell.optimizer.settings import CertificateSettings, Settings
 from duocell.optimizer.single_arm.arm_search import ArmSearch
 from duocell.optimizer.single_arm.search import search_arm

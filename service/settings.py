@@ -127,13 +127,13 @@ class Settings(Limits, Access, Logging):
     def _known_database(cls, value: SecretStr | None) -> SecretStr | None:
         """Refuse what cannot be a database before anything is started."""
         if value is not None and value.get_secret_value():
-            from duocell.service.store.engine import checked_url
+            from duocell.service.common.database_url import checked_url
 
             return SecretStr(checked_url(value.get_secret_value()))
         return None
 
     def store_url(self) -> str:
         """Of the database that keeps the jobs; holds the password."""
-        from duocell.service.store.engine import sqlite_url
+        from duocell.service.common.database_url import sqlite_url
 
         return sqlite_url(self.data_dir) if self.database_url is None else self.database_url.get_secret_value()

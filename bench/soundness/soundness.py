@@ -32,10 +32,9 @@ from duocell.optimizer.certificate.exclusion.exclude import Exclusion
 from duocell.optimizer.certificate.nodes import Nodes
 from duocell.optimizer.certificate.pairs.contact import Contact
 from duocell.optimizer.certificate.pairs.store import PairStore
-from duocell.optimizer.coupled.combinations.pool import own_lacks
 from duocell.optimizer.nlp.program import ArmPoint
 from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate, evaluate_signed, reduced_problem
-from duocell.optimizer.verification.scene import Scene
+from duocell.optimizer.verification.scene import Scene, own_lacks
 
 BOXES, SAMPLES = 200, 16
 """Boxes per arm, and members sampled of each."""

@@ -34,9 +34,9 @@ from duocell.service.library.library import Library
 from duocell.service.requests.accept import Accepted, accept
 from duocell.service.settings import Limits, Settings
 from duocell.service.workers import worker
+from duocell.service.workers.answer import Answer
 from duocell.service.workers.executor import SolveFailed, Task
 from duocell.service.workers.pool import ProcessExecutor
-from duocell.service.workers.worker import Answer
 
 COUNT = 200
 LATE = 2.0

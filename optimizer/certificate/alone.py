@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 from duocell.models.cell.cell import Cell
 from duocell.models.robot.arm import Arm
-from duocell.optimizer.coupled.combinations.pool import alone_scene, own_lacks
 from duocell.optimizer.nlp.program import ArmPoint
-from duocell.optimizer.verification.scene import Scene
+from duocell.optimizer.verification.scene import Scene, alone_scene, own_lacks
 from duocell.optimizer.verification.verify import check
 
 

@@ -13,7 +13,8 @@ from duocell.optimizer.clearance.clearance import found_clearances
 from duocell.optimizer.nlp.measure import placed
 from duocell.optimizer.reasons.faults import coupling_faults, floor_faults, path_faults
 from duocell.optimizer.results.findings import Alternative, Clearance
-from duocell.optimizer.results.layout import Placement, Reason
+from duocell.optimizer.results.layout import Reason
+from duocell.optimizer.results.placement import Placement
 from duocell.optimizer.sqp.refine import Refined
 from duocell.optimizer.verification.scene import Scene
 

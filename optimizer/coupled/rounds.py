@@ -16,13 +16,13 @@ from duocell.optimizer.coupled.candidates.polish import polished
 from duocell.optimizer.coupled.candidates.short_task import ShortTask
 from duocell.optimizer.coupled.candidates.starts import Start, starts_of
 from duocell.optimizer.coupled.combinations.combine import combine
-from duocell.optimizer.coupled.combinations.pool import alone_scene, pool_of, with_optimum
+from duocell.optimizer.coupled.combinations.pool import pool_of, with_optimum
 from duocell.optimizer.coupled.found import CoupledSearch
 from duocell.optimizer.coupled.refinements import Terms, first_usable, refine_all
 from duocell.optimizer.nlp.program import ArmPoint
 from duocell.optimizer.reduction.reduced import ReducedProblem
 from duocell.optimizer.single_arm.arm_search import ArmSearch
-from duocell.optimizer.verification.scene import Scene
+from duocell.optimizer.verification.scene import Scene, alone_scene
 
 DENSITIES = (0.15, 1.0, 4.0)
 """Samples of each round, relative to `candidates.layouts.POSITIONS`: the first is to find a usable layout early, the

@@ -18,7 +18,8 @@ from duocell.models.kinematics.wrist_singularity import wrist_distance
 from duocell.models.robot.arm import Arm
 from duocell.models.robot.posture import name_signs
 from duocell.optimizer.nlp.program import ArmPoint
-from duocell.optimizer.results.layout import JobShare, Placement
+from duocell.optimizer.results.layout import JobShare
+from duocell.optimizer.results.placement import Placement
 
 
 def joint_margins(arm: Arm, joints: Floats) -> Floats:

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:  # a layout holds these; an alternative holds placements of a layout
-    from duocell.optimizer.results.layout import Placement
+from duocell.optimizer.results.placement import Placement
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ from duocell.models.kinematics.closed_form import closed_form
 from duocell.optimizer.clearance.path_samples import follow
 from duocell.optimizer.nlp.program import ArmPoint
 from duocell.optimizer.results.findings import Clearance
-from duocell.optimizer.results.layout import Placement
+from duocell.optimizer.results.placement import Placement
 from duocell.optimizer.sqp.sensitivity import joints_by_base
 from duocell.optimizer.verification.scene import Scene
 

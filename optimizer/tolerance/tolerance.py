@@ -10,7 +10,7 @@ import numpy as np
 from duocell.models.base.arrays import Floats
 from duocell.models.cell.cell import Cell
 from duocell.optimizer.results.findings import Clearance, Tolerance
-from duocell.optimizer.results.layout import Placement
+from duocell.optimizer.results.placement import Placement
 from duocell.optimizer.settings import ToleranceSettings
 from duocell.optimizer.tolerance.displaced import Displaced
 from duocell.optimizer.tolerance.errors import error_samples

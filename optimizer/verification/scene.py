@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -152,3 +152,14 @@ def tie_violation(rows: Rows) -> float:
     """Largest distance of a row's value to its set."""
     pairs = zip(rows.values, rows.lower, rows.upper, strict=True)
     return max(max(low - float(value), float(value) - high, 0.0) for value, low, high in pairs)
+
+
+def alone_scene(cell: Cell, arm: Arm) -> Scene:
+    """The scene of one arm without the others and without couplings; the part is left out where any arm grasps it."""
+    return Scene.of(replace(cell, arms=(arm,), couplings=()), holders=cell.arms)
+
+
+def own_lacks(alone: Scene, points: Sequence[ArmPoint]) -> list[float]:
+    """Largest shortfall [m] of floor and distances at the poses of each point, as far as one arm alone is concerned."""
+    contacts = alone.contact_lacks([[point] for point in points])
+    return [max(alone.floor_lack([point]), float(lack)) for point, lack in zip(points, contacts, strict=True)]

@@ -8,8 +8,8 @@ from datetime import UTC, datetime
 from typing import Any
 
 from duocell.models.base.errors import DuocellError
+from duocell.service.cli.exit_codes import Exit
 from duocell.service.cli.input import RobotUrdfs, complain, library_from, read
-from duocell.service.cli.main import Exit
 from duocell.service.cli.solve import check_writable, exit_code, show
 from duocell.service.common.issues import InvalidRequest, Issue
 from duocell.service.jobs.resources import solved_here

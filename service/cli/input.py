@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from duocell.service.cli.main import Exit
+from duocell.service.cli.exit_codes import Exit
 from duocell.service.common.issues import MOST_SHOWN, InvalidRequest, Issue
 
 if TYPE_CHECKING:

@@ -16,16 +16,17 @@ from datetime import UTC, datetime
 from typing import Any
 
 from duocell.optimizer.monitoring.watch import Cancelled, watching
-from duocell.service.cli.main import Exit
+from duocell.service.cli.exit_codes import Exit
 from duocell.service.cli.progress import display
 from duocell.service.jobs.resources import solved_here
 from duocell.service.library.library import Library
 from duocell.service.requests.accept import Accepted
 from duocell.service.settings import Settings
+from duocell.service.workers.answer import KNOWN, TIME_LIMIT, Answer
 from duocell.service.workers.executor import Report, SolveFailed
 from duocell.service.workers.pool import GRACE, limit_threads
 from duocell.service.workers.reports import Reports
-from duocell.service.workers.worker import KNOWN, TIME_LIMIT, Answer, solve_following
+from duocell.service.workers.worker import solve_following
 
 SOLVE = "solve"
 """Name of the thread that solves."""

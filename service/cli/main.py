@@ -6,24 +6,13 @@ import argparse
 import os
 import sys
 from collections.abc import Callable, Sequence
-from enum import IntEnum
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from duocell.service.cli.exit_codes import Exit
+
 if TYPE_CHECKING:
     from duocell.service.cli.input import RobotUrdfs
-
-
-class Exit(IntEnum):
-    """Exit codes."""
-
-    SOLVED = 0
-    FAILED = 1
-    BAD_INPUT = 2
-    INFEASIBLE = 3
-    CUT = 4
-    UNKNOWN = 5
-    INTERRUPTED = 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -7,10 +7,10 @@ import sys
 from pydantic import ValidationError
 from sqlalchemy.exc import SQLAlchemyError
 
+from duocell.service.cli.exit_codes import Exit
 from duocell.service.cli.input import complain
-from duocell.service.cli.main import Exit
 from duocell.service.common.issues import Issue
-from duocell.service.jobs.job_store import StoreUnavailable
+from duocell.service.common.job_errors import StoreUnavailable
 from duocell.service.settings import Settings
 from duocell.service.store.engine import make_engine
 from duocell.service.store.migrate import upgrade

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from duocell.models.base.errors import DuocellError
+from duocell.service.cli.exit_codes import Exit
 from duocell.service.cli.input import RobotUrdfs, complain, library_from, read
-from duocell.service.cli.main import Exit
 from duocell.service.common.issues import InvalidRequest, Issue
 from duocell.service.requests.accept import accept
 from duocell.service.settings import Settings

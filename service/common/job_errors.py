@@ -48,3 +48,20 @@ class AlreadyFinished(Refused):
     """The job succeeded or failed: it cannot be cancelled any more."""
 
     code = "layout-finished"
+
+
+class StoreUnavailable(Exception):
+    """The store cannot do what it was asked for at the moment, and it may work later.
+
+    As a rule nothing was changed. Where the connection broke while a change was confirmed it may have been made all
+    the same: who needs to know has to look.
+
+    Attributes:
+        detail: sentence for the operator, without secrets.
+        lasting: whether the next call will probably meet the same; False where a connection broke.
+    """
+
+    def __init__(self, detail: str, *, lasting: bool = True) -> None:
+        super().__init__(detail)
+        self.detail = detail
+        self.lasting = lasting

@@ -27,3 +27,8 @@ def moment_of(name: str, text: str | None) -> datetime | None:
         return moment.astimezone(UTC)
     except OverflowError:  # within a day of the beginning or the end of the calendar
         return (datetime.min if moment.year == 1 else datetime.max).replace(tzinfo=UTC)
+
+
+def timestamp(moment: datetime | None) -> str | None:
+    """RFC 3339, UTC."""
+    return None if moment is None else moment.isoformat(timespec="microseconds").replace("+00:00", "Z")

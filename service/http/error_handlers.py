@@ -15,10 +15,9 @@ from starlette.exceptions import HTTPException
 
 from duocell.models.base.errors import DuocellError
 from duocell.service.common.issues import MOST_OF_A_NAME, InvalidRequest, Issue, shortened
-from duocell.service.common.job_errors import Refused
+from duocell.service.common.job_errors import Refused, StoreUnavailable
 from duocell.service.common.problems import BY_STATUS, KINDS, Problem, phrase, response
 from duocell.service.common.routes import route_of
-from duocell.service.jobs.job_store import StoreUnavailable
 from duocell.service.validation.strict_json import NotJson
 
 log = logging.getLogger(__name__)

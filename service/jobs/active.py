@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from duocell.service.jobs.event_log import EventLog
 from duocell.service.jobs.job import Job
-from duocell.service.workers.worker import Answer
+from duocell.service.workers.answer import Answer
 
 ENDED = {
     "answer": "The solve came to its own end.",

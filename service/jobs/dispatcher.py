@@ -12,11 +12,12 @@ from dataclasses import replace
 from math import ceil
 from typing import Any
 
+from duocell.service.common.job_errors import StoreUnavailable
 from duocell.service.jobs.active import ENDED, Active, Rules
 from duocell.service.jobs.event_log import LAST
 from duocell.service.jobs.fair_queue import FairQueue
 from duocell.service.jobs.job import Ending, Failure, Job, JobEvent, JobStatus
-from duocell.service.jobs.job_store import LeaseLost, StoreUnavailable
+from duocell.service.jobs.job_store import LeaseLost
 from duocell.service.jobs.store_threads import StoreThreads
 from duocell.service.observability import logs, metrics, telemetry
 from duocell.service.workers.executor import Executor, SolveFailed, Task, WorkerDied

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from duocell.service.common.problems import Problem
 from duocell.service.requests.accept import Accepted
+from duocell.service.workers.answer import Answer
 from duocell.service.workers.executor import Executor, SolveFailed
-from duocell.service.workers.worker import Answer
 
 RETRY_AFTER = "1"
 FAULTS = ("internal", "solver-failure")

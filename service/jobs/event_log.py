@@ -7,8 +7,8 @@ import json
 from datetime import UTC, datetime
 from typing import Any
 
+from duocell.service.common.moments import timestamp
 from duocell.service.jobs.job import JobEvent
-from duocell.service.jobs.resources import timestamp
 
 LAST = "done"
 """Kind of the event after which none comes."""

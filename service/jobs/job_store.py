@@ -7,28 +7,12 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Protocol
 
+from duocell.service.common.job_errors import StoreUnavailable
 from duocell.service.jobs.job import Ending, Job, JobEvent, JobStatus
 
 OTHER = (
     "Another server has this store open. Stop it, or give this one its own DUOCELL_DATA_DIR or DUOCELL_DATABASE_URL."
 )
-
-
-class StoreUnavailable(Exception):
-    """The store cannot do what it was asked for at the moment, and it may work later.
-
-    As a rule nothing was changed. Where the connection broke while a change was confirmed it may have been made all
-    the same: who needs to know has to look.
-
-    Attributes:
-        detail: sentence for the operator, without secrets.
-        lasting: whether the next call will probably meet the same; False where a connection broke.
-    """
-
-    def __init__(self, detail: str, *, lasting: bool = True) -> None:
-        super().__init__(detail)
-        self.detail = detail
-        self.lasting = lasting
 
 
 class NoAnswer(Exception):

@@ -10,12 +10,20 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 
-from duocell.service.common.job_errors import AlreadyFinished, Closing, KeyBusy, KeyReused, NotFinished, QueueFull
+from duocell.service.common.job_errors import (
+    AlreadyFinished,
+    Closing,
+    KeyBusy,
+    KeyReused,
+    NotFinished,
+    QueueFull,
+    StoreUnavailable,
+)
 from duocell.service.jobs.active import Active, Rules
 from duocell.service.jobs.dispatcher import Dispatcher
 from duocell.service.jobs.event_log import LAST
 from duocell.service.jobs.job import CALLED_OFF, Job, JobEvent, JobStatus
-from duocell.service.jobs.job_store import JobFilter, JobStore, KeyTaken, LeaseLost, StoreUnavailable
+from duocell.service.jobs.job_store import JobFilter, JobStore, KeyTaken, LeaseLost
 from duocell.service.jobs.store_threads import StoreThreads
 from duocell.service.jobs.store_watch import StoreWatch
 from duocell.service.requests.accept import Accepted

@@ -6,6 +6,7 @@ import json
 from datetime import datetime
 from typing import Any
 
+from duocell.service.common.moments import timestamp
 from duocell.service.jobs.job import Job, JobStatus
 from duocell.service.requests.accept import Accepted
 from duocell.service.results.older_results import completed
@@ -61,8 +62,3 @@ def _head(job: Job) -> dict[str, Any]:
         "finished_at": timestamp(job.finished_at),
         "ended": job.ended,
     }
-
-
-def timestamp(moment: datetime | None) -> str | None:
-    """RFC 3339, UTC."""
-    return None if moment is None else moment.isoformat(timespec="microseconds").replace("+00:00", "Z")

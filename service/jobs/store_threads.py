@@ -7,7 +7,8 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
 
-from duocell.service.jobs.job_store import JobStore, StoreUnavailable
+from duocell.service.common.job_errors import StoreUnavailable
+from duocell.service.jobs.job_store import JobStore
 
 T = TypeVar("T")
 

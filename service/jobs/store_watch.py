@@ -5,11 +5,12 @@ from __future__ import annotations
 import asyncio
 import logging
 
+from duocell.service.common.job_errors import StoreUnavailable
 from duocell.service.jobs.active import Active
 from duocell.service.jobs.dispatcher import Dispatcher
 from duocell.service.jobs.event_log import LAST, EventLog
 from duocell.service.jobs.job import Ending, Failure, Job, JobStatus
-from duocell.service.jobs.job_store import LeaseLost, StoreUnavailable
+from duocell.service.jobs.job_store import LeaseLost
 from duocell.service.jobs.store_threads import StoreThreads
 
 log = logging.getLogger(__name__)

@@ -18,10 +18,10 @@ from duocell.optimizer.results.layout import (
     JobShare,
     Layout,
     PenaltyCycle,
-    Placement,
     Reason,
     Verification,
 )
+from duocell.optimizer.results.placement import Placement
 from duocell.service.common.issues import Issue
 from duocell.service.common.numbers import finite
 from duocell.service.common.version import package_version

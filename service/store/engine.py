@@ -6,12 +6,11 @@ import sqlite3
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
-from sqlalchemy.exc import ArgumentError, NoSuchModuleError
+from sqlalchemy import URL, Connection, Engine, create_engine, event
+from sqlalchemy.exc import NoSuchModuleError
 
-from duocell.service.jobs.job_store import StoreUnavailable
+from duocell.service.common.job_errors import StoreUnavailable
 
-FILE = "duocell.sqlite3"
 BUSY_TIMEOUT = 2_000
 """ms that a connection to SQLite waits for another process to finish its transaction."""
 LARGEST_JOURNAL = 64_000_000
@@ -22,31 +21,9 @@ IMMEDIATE = "duocell_immediate"
 """Execution option of connections that are going to write."""
 
 
-def sqlite_url(folder: Path) -> str:
-    """The URL of the database in a data directory."""
-    return f"sqlite:///{folder.absolute() / FILE}"
-
-
 def database_file(url: URL) -> Path:
     """The file of a SQLite database."""
     return Path(str(url.database))
-
-
-def checked_url(url: str) -> str:
-    """A URL of a database that can be used.
-
-    Raises:
-        ValueError: with what is wrong, without the password in it.
-    """
-    try:
-        parsed = make_url(url)
-    except ArgumentError:
-        raise ValueError("is no URL of a database; postgresql://user:password@host:5432/name is one") from None
-    if parsed.drivername in ("postgresql", "postgres"):
-        parsed = parsed.set(drivername="postgresql+psycopg")
-    if parsed.drivername not in ("sqlite", "postgresql+psycopg"):
-        raise ValueError(f"names the database {parsed.drivername!r}; sqlite and postgresql are known")
-    return parsed.render_as_string(hide_password=False)
 
 
 def make_engine(url: str, *, patient: bool = False) -> Engine:

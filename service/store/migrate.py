@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from sqlalchemy import Connection, Engine, inspect, text
 
-from duocell.service.jobs.job_store import StoreUnavailable
+from duocell.service.common.job_errors import StoreUnavailable
 from duocell.service.store.engine import IMMEDIATE
 from duocell.service.store.session_lock import SERVERS
 

@@ -10,7 +10,8 @@ from typing import Protocol
 from sqlalchemy import Connection, Engine, text
 from sqlalchemy.exc import SQLAlchemyError
 
-from duocell.service.jobs.job_store import OTHER, LeaseLost, StoreUnavailable
+from duocell.service.common.job_errors import StoreUnavailable
+from duocell.service.jobs.job_store import OTHER, LeaseLost
 from duocell.service.store.sqlite_file import identity
 
 SERVERS = 0x_64_75_6F_63_65_6C_6C  # "duocell": any number that other programs do not use

@@ -13,8 +13,9 @@ from sqlalchemy import Connection, func, select
 from sqlalchemy.exc import DBAPIError, IntegrityError, SQLAlchemyError
 from sqlalchemy.orm import Session, undefer
 
+from duocell.service.common.job_errors import StoreUnavailable
 from duocell.service.jobs.job import CALLED_OFF, Ending, Job, JobEvent
-from duocell.service.jobs.job_store import JobFilter, Keyed, KeyTaken, NoAnswer, StoreUnavailable
+from duocell.service.jobs.job_store import JobFilter, Keyed, KeyTaken, NoAnswer
 from duocell.service.store import changes
 from duocell.service.store.engine import IMMEDIATE, database_file, make_engine
 from duocell.service.store.lease import StoreLease

@@ -6,7 +6,7 @@ import sqlite3
 from contextlib import closing
 from pathlib import Path
 
-from duocell.service.jobs.job_store import StoreUnavailable
+from duocell.service.common.job_errors import StoreUnavailable
 
 DAMAGE = {sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB}
 """Primary error codes of SQLite that mean it."""

@@ -15,7 +15,7 @@ from duocell.optimizer.results.layout import Layout
 from duocell.optimizer.settings import Settings
 from duocell.service.common.issues import Issue
 from duocell.service.results.documents import result_document
-from duocell.service.workers.worker import KNOWN, answer_of
+from duocell.service.workers.answer import KNOWN, answer_of
 
 LEAST, SHARE = 0.5, 0.05
 """s, and share of the time, that making such answers may take: after a costly one the next one waits."""

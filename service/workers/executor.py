@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from duocell.service.workers.worker import Answer
+from duocell.service.workers.answer import Answer
 
 Report = Callable[[str, str], None]
 """Told kind and JSON data of every event of a solve."""

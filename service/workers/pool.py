@@ -13,8 +13,8 @@ from typing import Any
 
 from duocell.service.observability import metrics
 from duocell.service.workers import fork_server, worker
+from duocell.service.workers.answer import KNOWN, TIME_LIMIT, Answer
 from duocell.service.workers.executor import Report, SolveFailed, Task, WorkerDied
-from duocell.service.workers.worker import Answer
 from duocell.service.workers.worker_process import WorkerProcess
 
 log = logging.getLogger(__name__)
@@ -220,8 +220,8 @@ class ProcessExecutor:
             self._put_back(one)
         if answer.text is None and answer.code == worker.STOPPED:
             if known.answer is None or cancelled.is_set():
-                raise SolveFailed(worker.TIME_LIMIT, too_late)
-            return known.answer._replace(ended_by=worker.TIME_LIMIT)
+                raise SolveFailed(TIME_LIMIT, too_late)
+            return known.answer._replace(ended_by=TIME_LIMIT)
         if answer.text is None:
             raise SolveFailed(answer.code, answer.detail)
         return answer
@@ -235,7 +235,7 @@ class _Known:
         self.answer: Answer | None = None
 
     def __call__(self, kind: str, data: str) -> None:
-        if kind == worker.KNOWN:
+        if kind == KNOWN:
             self.answer = Answer(*json.loads(data))
         else:
             self._report(kind, data)

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from duocell.models.base.errors import DuocellError
 from duocell.optimizer.monitoring.watch import Cancelled, watching
 from duocell.service.observability import logs
+from duocell.service.workers.answer import Answer, answer_of
 from duocell.service.workers.messages import receive, send
 from duocell.service.workers.self_test import SELF_TEST, check
 
@@ -29,34 +30,8 @@ log = logging.getLogger(__name__)
 
 SELF_TEST_LIMIT = 10.0
 """s, soft limit of a self-test."""
-ANSWER, TIME_LIMIT = "answer", "time-limit"
-"""What ends a solve with a result: it came to its own end, or had no more time."""
-KNOWN = "known"
-"""Kind of the message with an answer to fall back on; it is for the server and never an event of a job."""
 STOPPED = "cancelled"
 """Code of the answer of a run that was told to stop."""
-
-
-class Answer(NamedTuple):
-    """What a worker sends back; exceptions stay where they happened, since not all of them can be sent.
-
-    Attributes:
-        text: JSON of the result, or None if there is none.
-        outcome: its outcome.
-        objective: its objective.
-        version: of the program that made it.
-        code: stable name of the failure, or "".
-        detail: sentence about the failure.
-        ended_by: what ended a solve that has a result: `ANSWER`, or `TIME_LIMIT`.
-    """
-
-    text: str | None
-    outcome: str | None = None
-    objective: float | None = None
-    version: str | None = None
-    code: str = ""
-    detail: str = ""
-    ended_by: str = ANSWER
 
 
 class Run(NamedTuple):
@@ -190,13 +165,6 @@ def _answer(work: Callable[[], dict[str, Any]]) -> Answer:
         log.exception("work failed")
         detail = "The work ended with an unexpected error; the log of the server has the details."
         return Answer(None, code="internal", detail=detail)
-
-
-def answer_of(result: dict[str, Any]) -> Answer:
-    """The answer with a result."""
-    text = json.dumps(result, allow_nan=False)
-    ended_by = ANSWER if result["search"]["ended"] else TIME_LIMIT
-    return Answer(text, result["outcome"], result["objective"], result["version"], ended_by=ended_by)
 
 
 def self_test() -> Answer:

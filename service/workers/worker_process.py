@@ -13,10 +13,11 @@ from multiprocessing.context import ForkServerProcess
 from typing import Any, Self, TypeVar
 
 from duocell.service.workers import fork_server, worker
+from duocell.service.workers.answer import Answer
 from duocell.service.workers.executor import Report, WorkerDied
 from duocell.service.workers.fork_server import exit_code, start_process
 from duocell.service.workers.messages import frame, next_message
-from duocell.service.workers.worker import Answer, Done, Run, Stop, Told
+from duocell.service.workers.worker import Done, Run, Stop, Told
 
 log = logging.getLogger(__name__)
 

@@ -11,14 +11,15 @@ import numpy as np
 import pytest
 from fastapi.testclient import TestClient
 
-from duocell.optimizer.results.layout import Layout, Outcome, Placement, Search, Verification
+from duocell.optimizer.results.layout import Layout, Outcome, Search, Verification
+from duocell.optimizer.results.placement import Placement
 from duocell.service.app import create_app
 from duocell.service.results.documents import result_document
 from duocell.service.schemas.evaluate import EvaluateRequest
 from duocell.service.schemas.request import EXAMPLE, LayoutRequest
 from duocell.service.settings import Settings
+from duocell.service.workers.answer import Answer
 from duocell.service.workers.executor import Report, SolveFailed, Task
-from duocell.service.workers.worker import Answer
 
 
 def made_up_layout(request: LayoutRequest) -> Layout:

@@ -20,7 +20,7 @@ from duocell.optimizer.reduction.box import search_box, spread
 from duocell.optimizer.reduction.reduced import ReducedProblem, conditioning_shortfall, evaluate
 from duocell.optimizer.single_arm.redundant.varied_paths import varied_paths
 from duocell.optimizer.sqp.refine import price_of
-from duocell.optimizer.verification.scene import Scene, world_yaw
+from duocell.optimizer.verification.scene import Scene, alone_scene, own_lacks, world_yaw
 from duocell.optimizer.verification.verify import check
 
 POINTS = {0: 1, 1: 100, 2: 1600, 3: 4000}
@@ -165,17 +165,6 @@ class _Crowd:
     def _near(self, place: list[float], other: list[float]) -> bool:
         (x, y, z), (u, v, w), apart = place, other, self._apart
         return abs(x - u) < apart and abs(y - v) < apart and abs(z - w) < apart
-
-
-def alone_scene(cell: Cell, arm: Arm) -> Scene:
-    """The scene of one arm without the others and without couplings; the part is left out where any arm grasps it."""
-    return Scene.of(replace(cell, arms=(arm,), couplings=()), holders=cell.arms)
-
-
-def own_lacks(alone: Scene, points: Sequence[ArmPoint]) -> list[float]:
-    """Largest shortfall [m] of floor and distances at the poses of each point, as far as one arm alone is concerned."""
-    contacts = alone.contact_lacks([[point] for point in points])
-    return [max(alone.floor_lack([point]), float(lack)) for point, lack in zip(points, contacts, strict=True)]
 
 
 def _reduced_points(

@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from duocell.models.cell.cell import Cell
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.coupled.combinations.combine import combine
-from duocell.optimizer.coupled.combinations.pool import alone_scene, pool_of, with_optimum
+from duocell.optimizer.coupled.combinations.pool import pool_of, with_optimum
 from duocell.optimizer.infeasibility.searched.obstructed import obstruction
 from duocell.optimizer.nlp.program import ArmPoint
 from duocell.optimizer.settings import Settings
 from duocell.optimizer.single_arm.arm_search import ArmSearch
 from duocell.optimizer.single_arm.search import search_arm
 from duocell.optimizer.sqp.refine import refine
-from duocell.optimizer.verification.scene import LIMITS, Scene
+from duocell.optimizer.verification.scene import LIMITS, Scene, alone_scene
 
 ARM_TIME = 4.0
 """s that the search of one arm alone may take."""

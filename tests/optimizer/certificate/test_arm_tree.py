@@ -7,10 +7,9 @@ import numpy as np
 from bench.draws.cells import real_cell
 from duocell.optimizer.certificate.arm_tree import ArmTree
 from duocell.optimizer.certificate.certify import certify
-from duocell.optimizer.coupled.combinations.pool import alone_scene, own_lacks
 from duocell.optimizer.reduction.reduced import ReducedProblem, reduced_problem
 from duocell.optimizer.settings import CertificateSettings
-from duocell.optimizer.verification.scene import Scene
+from duocell.optimizer.verification.scene import Scene, alone_scene, own_lacks
 from duocell.optimizer.verification.verify import check
 
 

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from duocell.optimizer.results.findings import Alternative, Clearance, Explanation, Relaxation, Tolerance
-from duocell.optimizer.results.layout import Layout, Outcome, Placement, Search
+from duocell.optimizer.results.layout import Layout, Outcome, Search
+from duocell.optimizer.results.placement import Placement
 from duocell.service.cli.console import console_on
 from duocell.service.cli.findings import print_findings
 from duocell.service.results.documents import result_document

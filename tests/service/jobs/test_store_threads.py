@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
+from duocell.service.common.job_errors import StoreUnavailable
 from duocell.service.jobs import store_threads
-from duocell.service.jobs.job_store import StoreUnavailable
 from duocell.service.jobs.store_threads import StoreThreads
 
 

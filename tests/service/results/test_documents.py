@@ -19,11 +19,11 @@ from duocell.optimizer.results.layout import (
     Layout,
     Outcome,
     PenaltyCycle,
-    Placement,
     Reason,
     Search,
     Verification,
 )
+from duocell.optimizer.results.placement import Placement
 from duocell.service.results.documents import result_document
 from duocell.service.schemas.result import LayoutResult
 

@@ -9,13 +9,13 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from duocell.service.common.database_url import FILE, sqlite_url
 from duocell.service.jobs.job import Job, JobStatus
 from duocell.service.jobs.job_store import JobFilter
 from duocell.service.jobs.resources import layout_text, summary
 from duocell.service.results.older_results import completed
 from duocell.service.schemas.resources import LayoutSummary
 from duocell.service.schemas.result import LayoutResult
-from duocell.service.store.engine import FILE, sqlite_url
 from duocell.service.store.sql import SqlJobStore
 
 Document = dict[str, Any]

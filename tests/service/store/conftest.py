@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 from sqlalchemy import text
 
-from duocell.service.store.engine import make_engine, sqlite_url
+from duocell.service.common.database_url import sqlite_url
+from duocell.service.store.engine import make_engine
 from duocell.service.store.migrate import upgrade
 from duocell.service.store.sql import SqlJobStore
 from tests.support import postgres

@@ -8,8 +8,9 @@ from uuid import uuid4
 
 import pytest
 
+from duocell.service.common.job_errors import StoreUnavailable
 from duocell.service.jobs.job import Ending, Failure, Job, JobEvent, JobStatus
-from duocell.service.jobs.job_store import JobFilter, JobStore, KeyTaken, StoreUnavailable
+from duocell.service.jobs.job_store import JobFilter, JobStore, KeyTaken
 
 Open = Callable[[], JobStore]
 

@@ -8,9 +8,11 @@ import pytest
 from sqlalchemy import text
 
 from bench.chaos.on_postgres import terminate_locks
+from duocell.service.common.database_url import FILE, sqlite_url
+from duocell.service.common.job_errors import StoreUnavailable
 from duocell.service.jobs.job import Ending, JobStatus
-from duocell.service.jobs.job_store import JobFilter, LeaseLost, StoreUnavailable
-from duocell.service.store.engine import FILE, make_engine, sqlite_url
+from duocell.service.jobs.job_store import JobFilter, LeaseLost
+from duocell.service.store.engine import make_engine
 from duocell.service.store.lease import EXPIRES, StoreLease
 from duocell.service.store.sql import SqlJobStore
 from tests.service.store.test_job_store import DONE, added, event, job, running

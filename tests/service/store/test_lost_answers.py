@@ -10,10 +10,11 @@ from sqlalchemy import text
 
 from bench.chaos.proxy import Proxy, proxied
 from duocell.service.app import create_app
-from duocell.service.jobs.job_store import StoreUnavailable
+from duocell.service.common.database_url import checked_url
+from duocell.service.common.job_errors import StoreUnavailable
 from duocell.service.settings import Settings
 from duocell.service.store import bounded_connection, engine
-from duocell.service.store.engine import checked_url, make_engine
+from duocell.service.store.engine import make_engine
 from duocell.service.store.sql import SqlJobStore
 from tests.service.conftest import FakeExecutor
 from tests.service.store.test_job_store import job

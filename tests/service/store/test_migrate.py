@@ -9,9 +9,11 @@ import pytest
 from alembic import command
 from alembic.script import ScriptDirectory
 
+from duocell.service.common.database_url import FILE, sqlite_url
+from duocell.service.common.job_errors import StoreUnavailable
 from duocell.service.jobs.job import JobStatus
-from duocell.service.jobs.job_store import JobFilter, StoreUnavailable
-from duocell.service.store.engine import FILE, make_engine, sqlite_url
+from duocell.service.jobs.job_store import JobFilter
+from duocell.service.store.engine import make_engine
 from duocell.service.store.migrate import HEAD, configuration, revision, upgrade
 from duocell.service.store.sql import SqlJobStore
 from tests.support import postgres

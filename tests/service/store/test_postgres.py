@@ -8,9 +8,10 @@ from pydantic import SecretStr
 from sqlalchemy import text
 
 from duocell.service.app import create_app
-from duocell.service.jobs.job_store import StoreUnavailable
+from duocell.service.common.database_url import checked_url
+from duocell.service.common.job_errors import StoreUnavailable
 from duocell.service.settings import Settings
-from duocell.service.store.engine import checked_url, make_engine
+from duocell.service.store.engine import make_engine
 from duocell.service.store.sql import SqlJobStore
 from tests.service.conftest import FakeExecutor
 from tests.support.server import has, line_request, until

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from duocell.service.jobs.job_store import JobFilter, StoreUnavailable
+from duocell.service.common.database_url import FILE, sqlite_url
+from duocell.service.common.job_errors import StoreUnavailable
+from duocell.service.jobs.job_store import JobFilter
 from duocell.service.store import engine
-from duocell.service.store.engine import FILE, sqlite_url
 from duocell.service.store.sql import SqlJobStore
 from tests.service.store.test_job_store import DONE, added, job, running
 

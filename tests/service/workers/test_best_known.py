@@ -17,8 +17,8 @@ from duocell.optimizer.results.layout import Outcome
 from duocell.optimizer.settings import Settings, ToleranceSettings
 from duocell.service.common.issues import Issue
 from duocell.service.schemas.request import EXAMPLE, LayoutRequest
+from duocell.service.workers.answer import Answer
 from duocell.service.workers.best_known import BestKnown, KnownAnswer
-from duocell.service.workers.worker import Answer
 
 
 class Told(list[Answer]):

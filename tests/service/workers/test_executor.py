@@ -16,9 +16,9 @@ from fastapi.testclient import TestClient
 from duocell.service.requests.accept import accept
 from duocell.service.schemas.request import EXAMPLE
 from duocell.service.settings import Settings
+from duocell.service.workers.answer import Answer
 from duocell.service.workers.executor import SolveFailed, Task, WorkerDied
 from duocell.service.workers.pool import GRACE, ProcessExecutor
-from duocell.service.workers.worker import Answer
 
 Document = dict[str, Any]
 

@@ -10,7 +10,8 @@ from duocell.models.cell.cell import Cell
 from duocell.models.kinematics.kinematics import FLANGE, pinocchio_model
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.optimize import optimize
-from duocell.optimizer.results.layout import Layout, Outcome, Placement
+from duocell.optimizer.results.layout import Layout, Outcome
+from duocell.optimizer.results.placement import Placement
 from tests.support.oracles.signs import axis_signs
 
 

@@ -1,0 +1,1 @@
+"""What there is: robots, cells, their geometry and kinematics."""

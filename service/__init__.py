@@ -1,0 +1,1 @@
+"""duocell over HTTP and on a command line."""

@@ -8,7 +8,6 @@ import subprocess
 import sys
 import time
 import urllib.request
-from collections import OrderedDict
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ import pytest
 
 from duocell.models.geometry.decomposition import Decomposition, decompose
 from duocell.models.geometry.meshes import Mesh
+from duocell.models.geometry.piece_cache import PiecesInMemory
 from duocell.service.cli.main import main
 from duocell.service.cli.solve import exit_code, show
 from duocell.service.library.library import Library
@@ -282,7 +282,7 @@ def test_a_urdf_file_brings_the_shape_of_its_links(
         return decompose(mesh, most)
 
     monkeypatch.setattr("duocell.models.geometry.link_meshes.decompose", counted)
-    monkeypatch.setattr("duocell.models.geometry.link_meshes._kept", OrderedDict())
+    monkeypatch.setattr("duocell.models.geometry.link_meshes._in_memory", PiecesInMemory())
     assert [geometry(), geometry()] == ["mesh", "mesh"]
     assert len(taken_apart) == 3  # of three meshes; the second time they were known
     assert main(["check", str(tmp_path / "result.json"), *option]) == 0

@@ -52,6 +52,9 @@ FEWEST = 64
 """Boxes bounded at once in long tasks."""
 ROOM = 0.1
 """Of the room left for another arm: the half side of boxes that are not cut any more. Their bound hardly rises."""
+EASY, AT_ONCE = 4000, 256
+"""Boxes that most proofs need, and how many are cut at once after them. Many at once are cheap, but they are not the
+most promising ones: where what would end a proof is not known yet, they are bounded in vain, by the ten thousands."""
 CANDIDATES = 12
 """Places tried for a better incumbent per round."""
 
@@ -226,6 +229,7 @@ class BranchAndBound:
 
     def _branch(self, most: int) -> None:
         """Cut the boxes with the smallest bounds: in two, or in more while there are few."""
+        most = most if self.boxes < EASY else min(most, AT_ONCE)
         count = min(most, len(self.kept))
         chosen = np.zeros(len(self.kept), dtype=bool)
         chosen[np.argpartition(self.bounds, count - 1)[:count]] = True

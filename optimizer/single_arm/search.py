@@ -57,7 +57,7 @@ SOLVE_POSE = 0.05
 enough of it."""
 HALF_STEP, MOST_FINER = 0.55, 400
 """Share of a joint step that half the way to the next pose may take, and most poses of a search with the middles."""
-BOX_WORTH, BOX_GAP, NEAR = 1.0, 1e-3, 0.01
+BOX_WORTH, BOX_GAP, NEAR = 1.5, 1e-3, 0.01
 """s, counted in boxes, and relative gap of the boxes that are looked at after local solves; m that are near."""
 GAVE_WAY = 1e-3
 """Relative; where the best optimum's way cannot be gone and what can be costs so much more, more optima are tried."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from duocell.models.cell.surroundings import PairClass
 from duocell.optimizer.nlp.program import ArmPoint
 from duocell.optimizer.sqp.cell_rows import add_contacts, add_floor, add_ties
+from duocell.optimizer.sqp.dips import followed_dips
 from duocell.optimizer.sqp.joint_rows import add_joint_rows
 from duocell.optimizer.sqp.linear_rows import LinearRows, RowCollector
 from duocell.optimizer.sqp.manifold import Directions, Unknowns, directions
@@ -45,7 +46,7 @@ def look(scene: Scene, unknowns: Unknowns, points: Sequence[ArmPoint], cushions:
         cushions: m, what to ask for beyond the required distance of a class.
     """
     bases = scene.bases(points)
-    samples = sample_path(scene.cell, scene.path, bases, points, scene.between)
+    samples = sample_path(scene.cell, scene.path, bases, points, (*scene.between, *followed_dips(scene, points)))
     along = [
         directions(arm, base[:3, :3], q) for arm, base, q in zip(scene.cell.arms, bases, samples.joints, strict=True)
     ]

@@ -20,6 +20,7 @@ from duocell.optimizer.clearance.clearance import PathClearance
 from duocell.optimizer.nlp.measure import placed
 from duocell.optimizer.nlp.program import ArmPoint
 from duocell.optimizer.sqp.descent import CUSHION, SAME_BASIN, Terms, descend
+from duocell.optimizer.sqp.dips import dips, followed_dips
 from duocell.optimizer.sqp.look import Look
 from duocell.optimizer.sqp.nearby import nearby
 from duocell.optimizer.sqp.samples import sample_path
@@ -95,6 +96,8 @@ def refine(
 class _Refinement:
     """Descents one after the other, each of which asks for what the one before it missed.
 
+    Beyond the end of reach there is no slope to go back by: there the way down is gone once more from the start.
+
     Attributes:
         scene: the cell. start: one point per arm. deadline, beat: see `refine`.
         best: the last layout that had its full check. rounds: programs solved.
@@ -161,9 +164,10 @@ class _Refinement:
             if not found.clear:
                 self._cushions[found.kind] += 1.2 * (found.required - found.distance) + CUSHION
         self._asked = _with_worst_limit(self._asked, clearance)
-        followed = _with_breaks(self._asked, clearance, self.start)
-        if followed is not None:
-            self._asked, self._points = followed, self.start
+        closer = _with_breaks(self._asked, clearance, self._points)
+        from_here = [points for points in (self._points, self.start) if closer and _is_followed(closer, points)]
+        if closer is not None and from_here:
+            self._asked, self._points = closer, from_here[0]
         else:
             self._asked = _away_from_singularities(self._asked, clearance, self._points)
 
@@ -197,14 +201,21 @@ def _with_worst_limit(scene: Scene, clearance: PathClearance) -> Scene:
     return replace(scene, between=(*scene.between, (worst.pose, worst.fraction)))
 
 
-def _with_breaks(scene: Scene, clearance: PathClearance, start: Sequence[ArmPoint]) -> Scene | None:
-    """The scene with the places at which an arm lost its way for more samples; None where it loses it from the start.
+def _with_breaks(scene: Scene, clearance: PathClearance, points: Sequence[ArmPoint]) -> Scene | None:
+    """The scene with the places at which an arm lost its way for more samples; None where there is no new one."""
+    between, known = set(scene.between), set(scene.dips)
+    names = [arm.name for arm in scene.cell.arms]
+    for lost in clearance.breaks:
+        if 0.0 < lost.fraction < 1.0:
+            index = names.index(lost.arm)
+            bottoms = dips(scene, index, points[index], lost.pose)
+            known |= {(index, lost.pose, fraction) for fraction in bottoms}
+            between |= set() if bottoms else {(lost.pose, lost.fraction)}
+    closer = replace(scene, between=tuple(sorted(between)), dips=tuple(sorted(known)))
+    return closer if (closer.between, closer.dips) != (scene.between, scene.dips) else None
 
-    Beyond the end of reach there is no slope to go back by: the way down is gone once more, with these places in view.
-    """
-    new = {(one.pose, one.fraction) for one in clearance.breaks if 0.0 < one.fraction < 1.0} - set(scene.between)
-    if not new:
-        return None
-    closer = replace(scene, between=(*scene.between, *sorted(new)))
-    samples = sample_path(scene.cell, scene.path, scene.bases(start), start, closer.between)
-    return closer if samples.followed else None
+
+def _is_followed(scene: Scene, points: Sequence[ArmPoint]) -> bool:
+    """True if a layout's arms follow the object at all places that are looked at."""
+    between = (*scene.between, *followed_dips(scene, points))
+    return sample_path(scene.cell, scene.path, scene.bases(points), points, between).followed

@@ -40,6 +40,7 @@ class Scene:
         footprints: per arm, on the floor.
         between: (pose, fraction of the way to the next) of places at which a refinement keeps everything besides those
             that it samples by itself.
+        dips: (arm, pose, fraction) near which an arm comes near to a singular set on its way to the next pose.
         spare: how many times the margins to singular sets a refinement keeps, because it sees a way at few places only.
     """
 
@@ -50,6 +51,7 @@ class Scene:
     path: ObjectPath
     footprints: tuple[Footprint, ...]
     between: tuple[tuple[int, float], ...] = ()
+    dips: tuple[tuple[int, int, float], ...] = ()
     spare: float = SPARE
 
     @staticmethod

@@ -1,0 +1,75 @@
+"""Where between two poses an arm comes nearest to a singular set, against a dense sample of the step."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.trials.coupled_tasks import coupled_task
+from duocell.models.base.pose import inverse
+from duocell.models.cell.singular_margins import spare_terms
+from duocell.models.kinematics.branches import signs_of
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.optimizer.clearance.path_samples import follow
+from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.sqp.dips import NEAR, dips, followed_dips
+from duocell.optimizer.verification.scene import Scene
+
+FINE = np.linspace(0.0, 1.0, 301)
+
+
+def known_layout() -> tuple[Scene, list[ArmPoint]]:
+    """A cell of two arms and the layout that was drawn with it."""
+    task = coupled_task(9)
+    points = []
+    for arm, stand, joints in zip(task.cell.arms, task.known.stands, task.known.joints, strict=True):
+        form = closed_form(arm.robot)
+        assert form is not None
+        a, b, c = (int(sign) for sign in signs_of(form, joints[0]))
+        points.append(ArmPoint(stand[:3], float(stand[3]), joints, (a, b, c)))
+    return Scene.of(task.cell), points
+
+
+def spare_along(scene: Scene, index: int, point: ArmPoint, step: int) -> np.ndarray:
+    """(301,) the least spare term on a step, the arm followed by Newton's method from place to place."""
+    arm, q = scene.cell.arms[index], point.joints[step]
+    form, base = closed_form(arm.robot), arm.base_in_world(point.position, point.yaw)
+    assert form is not None
+    objects = scene.path.at(np.full(len(FINE), step), FINE)
+    found = []
+    for flange in objects @ scene.cell.grasps(arm)[step] @ inverse(arm.tool):
+        joints, good = follow(arm.robot, base, flange[None], q[None], q[None])
+        assert good.all()
+        q = joints[0]
+        found.append(float(np.min(spare_terms(arm, q))))
+    return np.array(found)
+
+
+@pytest.fixture(scope="module")
+def case():
+    """A scene, its layout, and what is spare on every step of every arm."""
+    scene, points = known_layout()
+    steps = range(len(scene.cell.task) - 1)
+    return scene, points, {(a, k): spare_along(scene, a, points[a], k) for a in range(len(points)) for k in steps}
+
+
+def test_a_dip_is_found_again_from_beside_it(case):
+    scene, points, spare_on = case
+    looked_at = 0
+    for (index, step), spare in spare_on.items():
+        for k in np.flatnonzero((spare[1:-1] < spare[:-2]) & (spare[1:-1] < spare[2:])) + 1:
+            beside = float(np.clip(FINE[k] + 0.3 * NEAR, 0.01, 0.99))
+            ((found_step, fraction),) = followed_dips(replace(scene, dips=((index, step, beside),)), points)
+            around = spare[np.abs(FINE - fraction) <= 4e-3]
+            assert found_step == step
+            assert np.min(around) <= np.min(spare[np.abs(FINE - beside) <= NEAR]) + 1e-6
+            looked_at += 1
+    assert looked_at > 0
+
+
+def test_a_way_that_keeps_its_margins_has_no_dips_to_be_asked_for(case):
+    scene, points, spare_on = case
+    for (index, step), spare in spare_on.items():
+        assert (min(spare) < 0.0) == bool(dips(scene, index, points[index], step))

@@ -51,6 +51,12 @@ class Part:
                 raise InvalidInput("a half-space cannot be carried; use a box.", f"/bodies/{index}/shape")
 
 
+PLATE = 0.01
+"""m, thickness of the top of a pedestal, by which is told which links have to keep off it."""
+LOWER = 1e-5
+"""m by which a base may stand lower than its region allows, and more."""
+
+
 @dataclass(frozen=True, eq=False)
 class Pedestal:
     """What an arm is bolted onto; it moves with the base and is solid from the base origin downwards.
@@ -80,6 +86,15 @@ class Pedestal:
     def under(self, z: float) -> Pedestal:
         """The pedestal as it is under a base at z [m]."""
         return self if self.foot is None else replace(self, height=z - self.foot)
+
+    def surely_under(self, z: float) -> Pedestal:
+        """What there is of it wherever the base stands at z [m] or higher: all that a proof may rest on."""
+        return self if self.foot is None else replace(self, height=max(z - self.foot - LOWER, SMALLEST))
+
+    @property
+    def plate(self) -> Pedestal:
+        """The top of it, which is the same under every base."""
+        return replace(self, height=min(self.height, PLATE))
 
     @property
     def body(self) -> Body:

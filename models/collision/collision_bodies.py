@@ -54,6 +54,7 @@ class CellBodies:
         names: (B) for people.
         owners: (B).
         bodies: (B) poses are in the owner's frame.
+        sure: (B) the same, but of pedestals that are as high as their base stands what is there at every height.
         frames: (B,) number of the owner's frame.
         ends: (B, 2, 3) m, segment of the bounding capsule in the owner's frame. radius: (B,) m of that capsule.
         box_poses: (B, 4, 4) bounding box in the owner's frame. half: (B, 3) m of that box.
@@ -69,6 +70,7 @@ class CellBodies:
     names: tuple[str, ...]
     owners: tuple[Owner, ...]
     bodies: tuple[Body, ...]
+    sure: tuple[Body, ...]
     frames: Ints
     ends: Floats
     radius: Floats
@@ -175,18 +177,27 @@ def _pairs(
         ]
         if PairClass.SELF in asked:
             links = [entries[i][1].link or 0 for i in own]
-            solid = [bounds[i] for i in own]
-            kept = self_pairs(
-                arm.robot,
-                links,
-                [entries[i][2] for i in own],
-                [b for b in solid if b is not None],
-                arm.lower,
-                arm.upper,
-            )
+            solids = _with_plate(surroundings, arm, [entries[i][2] for i in own])
+            kept = self_pairs(arm.robot, links, solids, [bounding(b.shape) for b in solids], arm.lower, arm.upper)
             pairs += [(PairClass.SELF, own[i], own[j]) for i, j in kept]
     pairs += [(PairClass.PART_OBSTACLE, i, j) for i in part for j in obstacles]
     return [pair for pair in pairs if pair[0] in asked]
+
+
+def _with_plate(surroundings: Surroundings, arm: Arm, bodies: list[Body]) -> list[Body]:
+    """Bodies of an arm with the plate of its pedestal for all of it: a height must not decide what keeps off it."""
+    pedestal = surroundings.of(arm.name).pedestal
+    return bodies if pedestal is None else [pedestal.plate.body, *bodies[1:]]
+
+
+def _sure(arms: Sequence[Arm], surroundings: Surroundings, entries: list[Entry]) -> tuple[Body, ...]:
+    """The bodies; of a pedestal, which is the first of its arm's, what is there wherever the base may stand."""
+    bodies, owners = [body for _, _, body in entries], [owner for _, owner, _ in entries]
+    for a, arm in enumerate(arms):
+        pedestal = surroundings.of(arm.name).pedestal
+        if pedestal is not None and pedestal.foot is not None:
+            bodies[owners.index(Owner(a, 0))] = pedestal.surely_under(arm.base.z.low).body
+    return tuple(bodies)
 
 
 def _stood_on(surroundings: Surroundings, arm: Arm, obstacles: list[tuple[int, Body]]) -> set[int]:
@@ -226,6 +237,7 @@ def _arrays(
         names=tuple(name for name, _, _ in entries),
         owners=tuple(owner for _, owner, _ in entries),
         bodies=tuple(body for _, _, body in entries),
+        sure=_sure(arms, surroundings, entries),
         frames=frames,
         ends=ends,
         radius=radius,

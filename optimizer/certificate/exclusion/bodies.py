@@ -22,18 +22,21 @@ class Points:
     Attributes:
         link: (P,) number of the link. place: (P, 3) m in its frame. radius: (P,) m; 0 for points on edges.
         body: (P,) number of the body in the collision model.
+        sure: (P,) False for points of a pedestal that are below its foot where the base stands low: nothing but an
+            obstacle, which is no wider there than at the foot, is surely hit by them.
     """
 
     link: Ints
     place: Floats
     radius: Floats
     body: Ints
+    sure: Bools
 
     def __len__(self) -> int:
         return len(self.link)
 
     def __getitem__(self, rows: Ints | Bools) -> Points:
-        return Points(self.link[rows], self.place[rows], self.radius[rows], self.body[rows])
+        return Points(self.link[rows], self.place[rows], self.radius[rows], self.body[rows], self.sure[rows])
 
     def placed(self, frames: Floats) -> Floats:
         """(..., P, 3) m in the world, for link frames (..., L, 4, 4) there."""
@@ -163,24 +166,21 @@ class ArmBodies:
             causes: of the arm.
         """
         if model is None:
-            return ArmBodies(_capsules([]), _points([]), (), (), _points([]), (), (), ())
+            return ArmBodies(_capsules([]), _points([], []), (), (), _points([], []), (), (), ())
         b = model.bodies
         own = [i for i, owner in enumerate(b.owners) if owner.arm == arm]
         moving, fixed = [i for i in own if b.owners[i].link], [i for i in own if not b.owners[i].link]
-        numbered = [(i, capsule) for i in fixed for capsule in axis_capsules(b.bodies[i])]
+        grown = [i for i in fixed if b.sure[i] is not b.bodies[i]]
+        numbered = [(i, capsule) for i in fixed for capsule in axis_capsules(b.sure[i])]
         numbered += [(i, capsule) for i in moving for capsule in inner_capsules(b.bodies[i])]
         link_of = {i: int(b.frames[i]) - model.offsets[arm] for i in own}
         capsules = _capsules([(link_of[i], capsule, i) for i, capsule in numbered])
         in_rows = [(link_of[i], centre, capsule.radius, i) for i, capsule in numbered for centre in capsule.centres()]
         edges = [(link_of[i], place, 0.0, i) for i in moving for place in edge_points(b.bodies[i])]
-        points = _points(in_rows + edges)
-        turning = [
-            (0, centre, capsule.radius, i)
-            for i in fixed
-            for capsule in inner_capsules(b.bodies[i])
-            for centre in capsule.centres()
-        ]
-        base = _points(turning + [(0, place, 0.0, i) for i in fixed for place in edge_points(b.bodies[i])])
+        below = [row for i in grown for row in _rows(i, axis_capsules(b.bodies[i]))]
+        points = _points(in_rows + edges, below)
+        turning = [row for i in fixed for row in _turning(i, b.sure[i])]
+        base = _points(turning, [row for i in grown for row in _turning(i, b.bodies[i])])
         return ArmBodies(
             capsules,
             points,
@@ -202,12 +202,29 @@ def _capsules(rows: list[tuple[int, InnerCapsule, int]]) -> Capsules:
     )
 
 
-def _points(rows: list[tuple[int, Floats, float, int]]) -> Points:
+_Row = tuple[int, Floats, float, int]
+"""Link, place, radius and body of a point."""
+
+
+def _rows(number: int, capsules: list[InnerCapsule]) -> list[_Row]:
+    """Points on the axes of capsules in a body of the base."""
+    return [(0, centre, capsule.radius, number) for capsule in capsules for centre in capsule.centres()]
+
+
+def _turning(number: int, body: Body) -> list[_Row]:
+    """Points all over a body of the base."""
+    return _rows(number, inner_capsules(body)) + [(0, place, 0.0, number) for place in edge_points(body)]
+
+
+def _points(sure: list[_Row], below: list[_Row]) -> Points:
+    """Points that are in a body wherever its base stands, and those that may be below the foot of a pedestal."""
+    rows = sure + below
     return Points(
         np.array([link for link, _, _, _ in rows], dtype=np.int64),
         np.array([place for _, place, _, _ in rows]).reshape(-1, 3),
         np.array([radius for _, _, radius, _ in rows], dtype=np.float64),
         np.array([body for _, _, _, body in rows], dtype=np.int64),
+        np.arange(len(rows)) < len(sure),
     )
 
 
@@ -223,9 +240,9 @@ def _others(model: CollisionModel, points: Points, required: Floats, causes: Cau
         if not len(pairs):
             continue
         pair_of = {int(b.first[pair]): int(pair) for pair in pairs}
-        kept = np.flatnonzero(np.isin(points.body, b.first[pairs]))
-        numbers = np.array([pair_of[int(points.body[k])] for k in kept], dtype=np.int64)
         part = b.owners[j].part
+        kept = np.flatnonzero(np.isin(points.body, b.first[pairs]) & (points.sure | (not part)))
+        numbers = np.array([pair_of[int(points.body[k])] for k in kept], dtype=np.int64)
         cause = causes.part if part else causes.of_obstacle[int(j)]
         found.append(Other(b.bodies[j], part, int(b.jobs[pairs[0]]), cause, kept, required[numbers], numbers))
     return tuple(found)
@@ -257,7 +274,8 @@ def _base_pairs(
         i, j = sorted((int(b.first[pair]), int(b.second[pair])), key=lambda k: b.owners[k].link or 0)
         if i not in own or b.owners[i].link:
             continue
-        points, cause = np.flatnonzero(base.body == i), causes.of_links[link_pair(0, b.owners[j].link)]
+        points = np.flatnonzero((base.body == i) & base.sure)
+        cause = causes.of_links[link_pair(0, b.owners[j].link)]
         found += [BasePair(points, int(c), float(required[pair]), cause) for c in np.flatnonzero(capsules.body == j)]
     return tuple(found)
 
@@ -270,5 +288,6 @@ def _base_solids(
     for other in others:
         for pair in np.unique(other.pairs):
             i = b.first[pair]
-            found += [SolidPair(b.bodies[i], other, float(required[pair]), int(pair))] if i in fixed else []
+            body = b.sure[i] if other.part else b.bodies[i]
+            found += [SolidPair(body, other, float(required[pair]), int(pair))] if i in fixed else []
     return tuple(found)

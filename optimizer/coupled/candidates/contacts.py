@@ -53,6 +53,7 @@ class SomePairs:
             names=tuple(b.names[i] for i in used),
             owners=tuple(b.owners[i] for i in used),
             bodies=tuple(b.bodies[i] for i in used),
+            sure=tuple(b.sure[i] for i in used),
             frames=np.searchsorted(frames, b.frames[used]),
             ends=b.ends[used],
             radius=b.radius[used],

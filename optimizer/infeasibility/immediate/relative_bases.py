@@ -123,7 +123,7 @@ def _balls(cell: Cell, model: CollisionModel, a: int) -> _Balls:
     for i, owner in enumerate(b.owners):
         if owner.arm != a or owner.link not in links or b.flat[i]:
             continue
-        body, pose = b.bodies[i], links[owner.link] @ b.bodies[i].pose
+        body, pose = b.sure[i], links[owner.link] @ b.sure[i].pose
         middle, reach = pose @ np.append(np.zeros(3), 1.0), float(np.linalg.norm(b.half[i]))
         for z in np.linspace(middle[2] - reach, middle[2] + reach, LEVELS):
             depth = -separation(speck, transform(np.eye(3), [0.0, 0.0, z]), body.shape, pose).distance - 1e-6

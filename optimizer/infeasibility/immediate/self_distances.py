@@ -64,7 +64,7 @@ def self_distance_conflicts(cell: Cell, model: CollisionModel, deadline: float =
         check_stop()
         if time.perf_counter() > deadline:
             break
-        largest = largest_distance(cell.arms[a], (low, b.bodies[i]), (high, b.bodies[j]), required)
+        largest = largest_distance(cell.arms[a], (low, b.sure[i]), (high, b.sure[j]), required)
         if surely_short(largest.bound, required):
             found.append(_cause(a, (b.names[i], b.names[j]), required, largest))
     return tuple(sorted(found, key=lambda cause: cause.possible if cause.possible is not None else -1.0))

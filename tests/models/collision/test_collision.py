@@ -12,10 +12,12 @@ from duocell.models.cell.floor import Footprint
 from duocell.models.cell.surroundings import Clearances, Equipment, PairClass, Part, Pedestal, Surroundings
 from duocell.models.collision.collision import CollisionModel
 from duocell.models.collision.collision_bodies import collect
+from duocell.models.geometry.floor_level import lowest
 from duocell.models.geometry.separation import separation
 from duocell.models.geometry.shapes import Body, Box, Sphere
 from duocell.models.kinematics.kinematics import flange_poses
-from tests.support.given.arms import make_arm
+from duocell.models.robot.arm import Arm
+from tests.support.given.arms import make_arm, region
 from tests.support.given.cells import ALL, FLOOR, beam_pair, random_obstacles
 
 SCENE = beam_pair(obstacles=random_obstacles(np.random.default_rng(5), 7, [-1.5, -1.0, 0.2], [1.5, 1.5, 1.5]))
@@ -214,3 +216,38 @@ def test_bodies_sit_where_forward_kinematics_puts_them():
     pedestal = bodies.bodies[bodies.names.index("arm pedestal")]
     floor = separation(pedestal.shape, base @ pedestal.pose, FLOOR.shape, FLOOR.pose)
     assert floor.distance == pytest.approx(0.0, abs=1e-9)
+
+
+def on_pedestal(height: float, z: float | tuple[float, float], side: float = 0.4) -> tuple[Arm, Surroundings]:
+    """A UR5e on a pedestal that reaches from the floor to its base."""
+    pedestal = Pedestal(height, Footprint.rectangle(side, side), foot=0.0)
+    around = Surroundings(clearances=Clearances(self_collision=0.0), equipment={"arm": Equipment(pedestal=pedestal)})
+    return make_arm("ur5e", base=region(z=z)), around
+
+
+@pytest.mark.parametrize("height", [0.02, 0.1, 0.3, 1.5])
+def test_what_keeps_off_a_pedestal_does_not_depend_on_its_height(height):
+    """The forearm too, however much of its range a high pedestal takes from it."""
+    arm, around = on_pedestal(height, height)
+    bodies = collect([arm], around)
+    links = {
+        bodies.owners[j].link
+        for i, j in zip(bodies.first, bodies.second, strict=True)
+        if bodies.names[i] == "arm pedestal"
+    }
+    assert links == {3, 4, 5, 6}
+
+
+@pytest.mark.parametrize("side", [0.4, 0.3])
+def test_proofs_rest_on_what_there_is_of_a_pedestal_at_every_height(side):
+    arm, around = on_pedestal(0.9, (0.5, 0.9), side)
+    bodies = collect([arm], around)
+    number = bodies.names.index("arm pedestal")
+    assert lowest(bodies.bodies[number]) == pytest.approx(-0.9)
+    assert lowest(bodies.sure[number]) == pytest.approx(-0.5, abs=1e-4)
+    assert lowest(bodies.sure[number]) > -0.5
+    others = [i for i in range(len(bodies.names)) if i != number]
+    assert all(bodies.sure[i] is bodies.bodies[i] for i in others)
+    arm, around = on_pedestal(0.9, (0.5, 0.9))
+    fixed = collect([arm], replace(around, equipment={"arm": Equipment(pedestal=Pedestal(0.9, Footprint.disc(0.2)))}))
+    assert all(one is other for one, other in zip(fixed.sure, fixed.bodies, strict=True))

@@ -205,7 +205,9 @@ def _in_two_places(
         if apart is cell:
             break
         cell = apart if round_ < PLACES - 1 else all_kept_apart(apart)
-        coupled = search_coupled(cell, searches, settings, deadline, table.stage("together"))
+        coupled = _couple(cell, searches, settings, deadline, table)
+        if coupled is None:  # the proof alone knows a place of some arm: nothing is there to search from
+            return cell, CoupledSearch()
     return cell, coupled
 
 

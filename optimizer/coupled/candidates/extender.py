@@ -161,9 +161,12 @@ class Extender:
 
     def _sorted(self, layouts: Layouts, added: ArmCandidates, k: Ints, j: Ints) -> Iterator[tuple[Ints, Ints, Floats]]:
         """Pairs that may keep their couplings, in blocks by cost."""
+        check_stop()
         cost = layouts.objective[k] + added.placements.objective[j]
         bases = [own.bases[:, k] for own in layouts.placements] + [added.placements.bases[:, j]]
+        check_stop()
         near, more = self._ties.near(bases)
+        check_stop()
         k, j, cost = k[near], j[near], cost[near] + more[near]
         order = np.argsort(cost, kind="stable")[:MOST]
         for at in range(0, len(order), self._effort.block):

@@ -114,7 +114,6 @@ class LooseTies:
 
     def projected(self, positions: Floats) -> tuple[Floats, Bools]:
         """(K, A, 3) m, positions moved onto the couplings, and (K,) False where they do not arrive in their boxes."""
-        size = len(positions)
         rows = self.stiffness == 0.0
         for _ in range(STEPS if self.moves else 0):
             lacks = self._lacks(positions)[:, rows]
@@ -123,7 +122,7 @@ class LooseTies:
                 axis=-1,
             )
             step = (np.linalg.pinv(slopes, rcond=1e-6) @ lacks[..., None])[..., 0]
-            positions = positions - (step @ self.basis.reshape(len(self.basis), -1)).reshape(size, -1, 3)
+            positions = positions - (step @ self.basis.reshape(len(self.basis), -1)).reshape(positions.shape)
         inside = np.all(
             (positions >= self.boxes[..., 0] - KEPT) & (positions <= self.boxes[..., 1] + KEPT), axis=(1, 2)
         )

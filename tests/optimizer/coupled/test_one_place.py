@@ -14,10 +14,15 @@ from duocell.models.cell.coupling.apart import Apart
 from duocell.models.cell.one_place import NEAREST
 from duocell.optimizer.certificate.bounds.boxes import Boxes
 from duocell.optimizer.certificate.pairs.couplings import untied
+from duocell.optimizer.coupled.found import CoupledSearch
 from duocell.optimizer.evaluation.evaluate import evaluate_layout
+from duocell.optimizer.nlp.program import ArmPoint
 from duocell.optimizer.optimize import optimize
+from duocell.optimizer.progress.timetable import Timetable
 from duocell.optimizer.results.layout import Layout, Outcome
 from duocell.optimizer.settings import Settings
+from duocell.optimizer.single_arm.arm_search import ArmSearch
+from duocell.optimizer.sqp.refine import Refined
 from tests.support.given.arms import region
 from tests.support.given.blocked import carried, one_arm
 
@@ -89,6 +94,20 @@ def test_what_stands_in_two_places_is_not_searched_again(monkeypatch) -> None:
 
     monkeypatch.setattr(duocell.optimizer.optimize, "search_coupled", never)
     assert apart(optimize(cell)) > NEAREST
+
+
+def test_a_layout_that_only_the_proof_knows_is_no_answer_where_its_arms_stand_in_one_place() -> None:
+    """The search of an arm may have been cut before it had a place: then nothing is there to search both from."""
+    cell = twins()
+    alone = optimize(replace(cell, arms=cell.arms[:1]), LONG).placements[0]
+    point = ArmPoint(alone.position, alone.yaw, alone.joints)
+    of_proof = Refined((point, point), 1.0, 0.0, True, None, 1)
+    searches = [ArmSearch(cell.arms[0], best=point), ArmSearch(cell.arms[1])]
+    table = Timetable([("together", 1.0)], np.inf)
+    asked = LONG, np.inf, table
+    _, left = duocell.optimizer.optimize._in_two_places(cell, searches, CoupledSearch([of_proof]), *asked)
+    assert left is not None
+    assert left.best is None
 
 
 def test_boxes_that_lie_in_one_place_hold_no_pair() -> None:

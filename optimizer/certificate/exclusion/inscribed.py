@@ -72,7 +72,9 @@ def axis_capsules(body: Body) -> list[InnerCapsule]:
     middle, reach = body.pose[2, 3], radius_of(body.shape)
     heights = np.linspace(middle - reach, middle + reach, STEPS)
     radii = -inside(body.shape, body.pose, np.column_stack([np.zeros((STEPS, 2)), heights]))
-    found = []
+    found: list[InnerCapsule] = []
+    if np.max(radii) <= SMALLEST:  # the body stands beside the axis
+        return found
     for share in THICKNESS:
         low, high = np.flatnonzero(radii >= share * np.max(radii))[[0, -1]]
         radius = float(min(radii[low], radii[high]))

@@ -47,3 +47,8 @@ def test_inscribed_things_are_inside(shape: Shape, tilted: bool) -> None:
     core = np.concatenate([edges, *(c.centres() for c in capsules)])
     assert np.all(np.hypot(core[:, 0], core[:, 1]) <= axis_distance(body) + 1e-9)
     assert np.all(np.linalg.norm(core - body.pose[:3, 3], axis=1) <= radius_of(shape) + 1e-9)
+
+
+def test_a_body_beside_the_axis_has_no_capsule_on_it() -> None:
+    beside = Body("pedestal", transform(np.eye(3), [0.2, 0.2, -0.3]), Box(np.array([0.2, 0.2, 0.6])))
+    assert axis_capsules(beside) == []

@@ -14,7 +14,7 @@ from duocell.optimizer.clearance.clearance import found_clearances
 from duocell.optimizer.coupled.prove import against
 from duocell.optimizer.infeasibility.explain import explain
 from duocell.optimizer.monitoring.watch import OutOfTime, ending, tell, unheard
-from duocell.optimizer.nlp.measure import jobs_of, placed
+from duocell.optimizer.nlp.measure import placed, segment_shares
 from duocell.optimizer.nlp.program import ArmPoint
 from duocell.optimizer.progress.interim import with_what_is_missing
 from duocell.optimizer.progress.known import Solved
@@ -90,5 +90,5 @@ def _rescued(cell: Cell, layout: Layout, points: Sequence[ArmPoint]) -> Layout:
         verification=summarise([check(cell, arm, point) for arm, point in zip(cell.arms, points, strict=True)]),
         certificate=certificate,
         clearances=found_clearances(path),
-        jobs=jobs_of(cell, placements),
+        segments=segment_shares(cell, placements),
     )

@@ -18,12 +18,12 @@ from duocell.optimizer.infeasibility.immediate.cause import Infeasibility
 from duocell.optimizer.infeasibility.immediate.immediate import immediate_infeasibility, refused
 from duocell.optimizer.monitoring.events import Verified
 from duocell.optimizer.monitoring.watch import OutOfTime, ending, tell
-from duocell.optimizer.nlp.measure import jobs_of, placed
+from duocell.optimizer.nlp.measure import placed, segment_shares
 from duocell.optimizer.progress.incumbents import arm_found, best_found, recording
 from duocell.optimizer.progress.interim import interim_layout, unknown_layout, why_ended, with_what_is_missing
 from duocell.optimizer.progress.known import Solved
 from duocell.optimizer.progress.timetable import Progress, Timetable, timetable
-from duocell.optimizer.reasons.reasons import name_jobs
+from duocell.optimizer.reasons.reasons import name_segments
 from duocell.optimizer.results.layout import Certificate, Layout, Outcome, Reason, Search
 from duocell.optimizer.results.placement import Placement
 from duocell.optimizer.settings import CertificateSettings, Settings
@@ -101,7 +101,7 @@ def _with_others(cell: Cell, causes: tuple[Infeasibility, ...], settings: Settin
     except OutOfTime:
         return layout
     found = _layout(cell, searches, None, layout.search.wall_time)
-    return replace(layout, placements=found.placements, verification=found.verification, jobs=found.jobs)
+    return replace(layout, placements=found.placements, verification=found.verification, segments=found.segments)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -253,7 +253,7 @@ def _layout(cell: Cell, searches: list[ArmSearch], certificate: Certificate | No
         outcome=Outcome.of(usable=usable, proved=proved),
         objective=objective,
         placements=tuple(placements),
-        reasons=name_jobs(cell.task, tuple(reasons)),
+        reasons=name_segments(cell.task, tuple(reasons)),
         search=Search(
             candidates=sum(search.candidates for search in searches),
             starts=sum(search.starts for search in searches),
@@ -263,7 +263,7 @@ def _layout(cell: Cell, searches: list[ArmSearch], certificate: Certificate | No
         ),
         verification=summarise(checks) if checks else None,
         certificate=certificate,
-        jobs=jobs_of(cell, placements if complete else ()),
+        segments=segment_shares(cell, placements if complete else ()),
     )
 
 

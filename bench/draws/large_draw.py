@@ -77,7 +77,7 @@ def _largely(rng: np.random.Generator, least: int, most: int) -> int:
 
 
 def _task(rng: np.random.Generator, limits: Limits, names: list[str]) -> Request:
-    """A task, or a family of them, of up to ``limits.max_poses`` poses."""
+    """A task, or a sequence of them, of up to ``limits.max_poses`` poses."""
     poses = _largely(rng, 10, limits.max_poses)
     jobs = int(rng.integers(2, 17)) if rng.random() < 0.35 else 1
     share = max(poses // jobs, 2)

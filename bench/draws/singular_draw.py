@@ -14,8 +14,8 @@ from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import rotation_about, rotation_z, transform
 from duocell.models.catalogue.catalogue import robot
 from duocell.models.cell.cell import Cell
-from duocell.models.cell.family import Job, family
 from duocell.models.cell.task import Task
+from duocell.models.cell.task_sequence import TaskSegment, task_sequence
 from duocell.models.kinematics.kinematics import reach
 from duocell.models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval
 from duocell.models.robot.posture import ALL_SIGNS
@@ -26,11 +26,15 @@ RISES = (0.0, 0.0, 1e-6, 1e-4, 1e-3, 1e-2)
 """rad by which axis 6 may rise over the base plane."""
 
 
-def singular_problem(name: str, rng: np.random.Generator, allow: bool, jobs: int = 1) -> ReducedProblem:
-    """A task of ``jobs`` jobs for a robot of the catalogue; with ``allow`` it may go through singularities."""
+def singular_problem(name: str, rng: np.random.Generator, allow: bool, segments: int = 1) -> ReducedProblem:
+    """A task of ``segments`` segments for a robot of the catalogue; with ``allow`` it may go through singularities."""
     chain = robot(name)
-    paths = [Task(_poses(rng, reach(chain))) for _ in range(jobs)]
-    task = paths[0] if jobs == 1 else family([Job("", path, float(rng.choice([0.0, 0.5, 3.0]))) for path in paths])
+    paths = [Task(_poses(rng, reach(chain))) for _ in range(segments)]
+    task = (
+        paths[0]
+        if segments == 1
+        else task_sequence([TaskSegment("", path, float(rng.choice([0.0, 0.5, 3.0]))) for path in paths])
+    )
     scale = reach(chain)
     lower, upper = chain.lower.copy(), chain.upper.copy()
     joint = int(rng.integers(6))

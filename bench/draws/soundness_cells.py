@@ -1,4 +1,4 @@
-"""Cells for the trial of exclusions: arms on any mount, families of jobs, all shapes of obstacles, floors."""
+"""Cells for the trial of exclusions: arms on any mount, task sequences, all shapes of obstacles, floors."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import transform
 from duocell.models.catalogue.catalogue import robot
 from duocell.models.cell.cell import Cell
-from duocell.models.cell.family import Job, family
 from duocell.models.cell.floor import Floor, Footprint
 from duocell.models.cell.surroundings import Clearances, Equipment, Part, Pedestal, Surroundings
 from duocell.models.cell.task import Task
+from duocell.models.cell.task_sequence import TaskSegment, task_sequence
 from duocell.models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
 from duocell.models.kinematics.kinematics import reach
 from duocell.models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
@@ -36,13 +36,13 @@ def soundness_cell(number: int, rng: np.random.Generator) -> Cell:
 
 
 def drawn_cell(rng: np.random.Generator) -> Cell:
-    """One or two arms with 1 to 3 jobs among up to 6 obstacles."""
+    """One or two arms with 1 to 3 segments among up to 6 obstacles."""
     names = rng.choice(ROBOTS, int(rng.integers(1, 3)))
     scale = min(reach(robot(str(name))) for name in names)
     paths = [_path(scale, rng) for _ in range(int(rng.choice([1, 1, 2, 3])))]
     task = paths[0]
     if len(paths) > 1:
-        task = family([Job("", path, float(rng.choice([0.5, 1.0, 3.0]))) for path in paths])
+        task = task_sequence([TaskSegment("", path, float(rng.choice([0.5, 1.0, 3.0]))) for path in paths])
     arms = tuple(_arm(str(name), number, rng) for number, name in enumerate(names))
     clearances = Clearances(
         arm_arm=float(rng.choice([0.0, 0.02])),

@@ -108,7 +108,7 @@ def _in_branch(cell: Cell, stand: Floats, hand: Floats, branch: int) -> Floats |
 
 
 def _task(kind: str, cell: Cell, stand: Floats, hands: Floats, joints: Floats) -> StationTask:
-    """Each station's pose twice, a job each."""
+    """Each station's pose twice, a segment each."""
     starts = tuple(range(0, 2 * STATIONS, 2))
     names = tuple(f"station {k + 1}" for k in range(STATIONS))
     task = Task(np.repeat(hands, 2, axis=0), starts, names)

@@ -113,7 +113,8 @@ def judge(cell: Cell, layout: Layout, length: float = LENGTH, angle: float = ANG
 def dense_check(
     cell: Cell, stands: Floats, joints: Sequence[Floats], length: float = LENGTH, angle: float = ANGLE
 ) -> Verdict:
-    """The verdict on bases and joints; the jobs of a family are looked at one by one, nothing lies between them.
+    """The verdict on bases and joints; the segments of a task sequence are looked at one by one, nothing lies between
+    them.
 
     Args:
         cell: with six-jointed arms.
@@ -122,8 +123,8 @@ def dense_check(
         length: m. angle: rad, steps of the object.
     """
     verdicts = []
-    for job, some in enumerate(cell.task.jobs):
-        verdict = _one_job(cell.alone(job), stands, [q[some] for q in joints], length, angle)
+    for segment, some in enumerate(cell.task.segments):
+        verdict = _one_segment(cell.alone(segment), stands, [q[some] for q in joints], length, angle)
         verdicts.append(_counted_from(some.start, verdict))
     first = verdicts[0]
     nearest = {kind: min((v.nearest[kind] for v in verdicts), key=lambda n: n.distance) for kind in first.nearest}
@@ -140,13 +141,13 @@ def dense_check(
 
 
 def _counted_from(first: int, verdict: Verdict) -> Verdict:
-    """The verdict on a job with its poses numbered as in the whole task."""
+    """The verdict on a segment with its poses numbered as in the whole task."""
     nearest = {kind: replace(found, pose=found.pose + first) for kind, found in verdict.nearest.items()}
     return replace(verdict, nearest=nearest, lost=tuple(replace(o, pose=o.pose + first) for o in verdict.lost))
 
 
-def _one_job(cell: Cell, stands: Floats, joints: Sequence[Floats], length: float, angle: float) -> Verdict:
-    """The verdict on the only job of a cell."""
+def _one_segment(cell: Cell, stands: Floats, joints: Sequence[Floats], length: float, angle: float) -> Verdict:
+    """The verdict on the only segment of a cell."""
     bases = [base_in_world(arm, stand) for arm, stand in zip(cell.arms, stands, strict=True)]
     steps = object_steps(cell.task.poses, length, angle)
     followed, lost = [], []

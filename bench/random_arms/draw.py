@@ -63,12 +63,12 @@ def draw(kind: str, seed: int) -> Cell:
     return replace(cell, name=f"{kind} {seed}")
 
 
-def _planted(rng: np.random.Generator, mount: Floats | None = None, dwell: bool = False, jobs: int = 1) -> Planted:
+def _planted(rng: np.random.Generator, mount: Floats | None = None, dwell: bool = False, segments: int = 1) -> Planted:
     """A path that an arm can follow inside the robot's own limits."""
     while True:
         arm = _fixed_arm(rng, np.eye(3) if mount is None else mount)
         step = float(rng.choice([0.6, np.pi / 2, np.pi]))
-        poses, starts = _family(rng, arm, jobs)
+        poses, starts = _task_sequence(rng, arm, segments)
         if dwell:
             poses = dwelling(poses, rng)
         planted = _planted_on(Cell(Task(poses, starts), (arm,), step), arm)
@@ -115,10 +115,10 @@ def _ends(lower: Floats, upper: Floats) -> tuple[Floats, Floats]:
     return np.where(np.isfinite(lower), lower, -np.pi), np.where(np.isfinite(upper), upper, np.pi)
 
 
-def _family(rng: np.random.Generator, arm: Arm, jobs: int) -> tuple[Floats, tuple[int, ...]]:
-    """Poses (m, 4, 4) of the part in one or more jobs, and where these start."""
+def _task_sequence(rng: np.random.Generator, arm: Arm, segments: int) -> tuple[Floats, tuple[int, ...]]:
+    """Poses (m, 4, 4) of the part in one or more segments, and where these start."""
     parts = []
-    for _ in range(jobs):
+    for _ in range(segments):
         low, high = _ends(arm.lower, arm.upper)
         joints = low + (high - low) * rng.uniform(0.1, 0.9, arm.dof)
         if rng.random() < 0.3:
@@ -172,11 +172,11 @@ def _thin(rng: np.random.Generator) -> Cell:
 
 
 def _features(rng: np.random.Generator) -> Cell:
-    """Mounts, free heights, families, limits of several turns, by turns."""
+    """Mounts, free heights, task sequences, limits of several turns, by turns."""
     what = str(rng.choice(["wall", "ceiling", "tilted", "height", "family", "turns"]))
     tilted = rotation_x(rng.uniform(-0.6, 0.6)) @ rotation_y(rng.uniform(-0.6, 0.6))
     mounts = {"wall": rotation_y(np.pi / 2), "ceiling": rotation_x(np.pi), "tilted": tilted}
-    planted = _planted(rng, mounts.get(what), jobs=int(rng.integers(2, 4)) if what == "family" else 1)
+    planted = _planted(rng, mounts.get(what), segments=int(rng.integers(2, 4)) if what == "family" else 1)
     limits = {}
     if what == "turns":
         more = TURN * rng.integers(0, 2, planted.arm.dof)

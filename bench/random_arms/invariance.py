@@ -47,9 +47,9 @@ def moved(cell: Cell, quarter: int, shift: tuple[float, float, float]) -> Cell:
 
 
 def reversed_poses(cell: Cell) -> Cell:
-    """A cell with its poses, and so its jobs, in reverse."""
+    """A cell with its poses, and so its segments, in reverse."""
     task = cell.task
-    starts = tuple(len(task) - job.stop for job in reversed(task.jobs))
+    starts = tuple(len(task) - segment.stop for segment in reversed(task.segments))
     return replace(cell, task=Task(task.poses[::-1], starts, task.names[::-1], task.weights[::-1]))
 
 

@@ -2,7 +2,7 @@
 with them.
 
 The rules are those of the product, read a second time: one branch for all poses, joints that go on without jumps inside
-a job, any turns a job likes, the yaw of the base shared by all jobs, wrists away from their singularity.
+a segment, any turns a segment likes, the yaw of the base shared by all segments, wrists away from their singularity.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from duocell.models.kinematics.kinematics import characteristic_length
 from duocell.models.robot.arm import SINGULAR_WRIST, TURN, Arm
 
 YAWS = 72
-"""Yaws from which a family of jobs chooses, before the best of them is refined."""
+"""Yaws from which a task sequence chooses, before the best of them is refined."""
 UNREACHED, EXCEEDED = 10.0, 1.0
 """Cost of a pose without inverse and of a radian beyond, in units of `OwnTask.scale`: what searches go by."""
 
@@ -31,7 +31,7 @@ class OwnTask:
     Attributes:
         arm: limits, region, weights. own: its kinematics. sense: +1 or -1, joint 1 about the base's z.
         rotations: (m, 3, 3) flange in axes of the mount. positions: (m, 3) m in the world.
-        jobs: poses of each job. weights: (m,). max_step: rad. scale: cost that is large for this task.
+        segments: poses of each segment. weights: (m,). max_step: rad. scale: cost that is large for this task.
     """
 
     arm: Arm
@@ -39,7 +39,7 @@ class OwnTask:
     sense: float
     rotations: Floats
     positions: Floats
-    jobs: tuple[slice, ...]
+    segments: tuple[slice, ...]
     weights: Floats
     max_step: float
     scale: float
@@ -84,7 +84,7 @@ def own_task(cell: Cell, index: int) -> OwnTask:
         float(np.sign(own.axes[0, 2])),
         arm.mount.T @ targets[:, :3, :3],
         targets[:, :3, 3],
-        cell.task.jobs,
+        cell.task.segments,
         cell.task.weights,
         cell.max_joint_step,
         total * max(float(np.sum(arm.weights)), 1.0),
@@ -102,15 +102,15 @@ def own_stands(task: OwnTask, places: Floats, yaws: Floats | None = None) -> Own
     seen = (task.positions - places[:, None, :]) @ arm.mount
     joints, exist = inverse(task.own, task.rotations, seen)
     wrong = UNREACHED * np.sum(~exist, axis=-1) / len(task.positions)
-    for job in task.jobs:
-        joints[:, :, job] = np.unwrap(joints[:, :, job], axis=2)
-        steps = np.abs(np.diff(joints[:, :, job], axis=2))
+    for segment in task.segments:
+        joints[:, :, segment] = np.unwrap(joints[:, :, segment], axis=2)
+        steps = np.abs(np.diff(joints[:, :, segment], axis=2))
         wrong += EXCEEDED * np.maximum(np.max(steps, axis=(2, 3), initial=0.0) - task.max_step, 0.0)
     if arm.avoid_singularities:
         wrong += np.maximum(SINGULAR_WRIST - wrist_angles(task.own, joints), 0.0).max(axis=-1) * (EXCEEDED * 100.0)
     for i in range(1, 6):
-        for job in task.jobs:
-            wrong += EXCEEDED * _lift(task, joints, job, i)
+        for segment in task.segments:
+            wrong += EXCEEDED * _lift(task, joints, segment, i)
     yaw, beyond = _turned(task, joints) if yaws is None else _as_given(task, joints, yaws)
     wrong += EXCEEDED * beyond
     if arm.min_conditioning is not None:
@@ -133,21 +133,23 @@ def wrist_angles(own: OwnArm, joints: Floats) -> Floats:
     return angle
 
 
-def _lift(task: OwnTask, joints: Floats, job: slice, i: int) -> Floats:
-    """Joint ``i`` of a job by whole turns into its limits, as near to the reference as they let it; what is beyond."""
-    path, arm = joints[:, :, job, i], task.arm
+def _lift(task: OwnTask, joints: Floats, segment: slice, i: int) -> Floats:
+    """Joint ``i`` of a segment by whole turns into its limits, as near to the reference as they let it; what is
+    beyond.
+    """
+    path, arm = joints[:, :, segment, i], task.arm
     first = np.ceil((arm.lower[i] - path.min(axis=-1) - 1e-12) / TURN)
     last = np.floor((arm.upper[i] - path.max(axis=-1) + 1e-12) / TURN)
-    wanted = np.round((arm.reference[i] - _mean(task, path, job)) / TURN)
+    wanted = np.round((arm.reference[i] - _mean(task, path, segment)) / TURN)
     turns = np.where(first <= last, np.clip(wanted, first, np.maximum(first, last)), wanted)
     path += TURN * turns[..., None]
     out = np.maximum(arm.lower[i] - path.min(axis=-1), path.max(axis=-1) - arm.upper[i])
     return np.where(first <= last, 0.0, np.maximum(out, 1e-9))
 
 
-def _mean(task: OwnTask, path: Floats, job: slice) -> Floats:
-    """Weighted mean over the poses of a job; plain where they weigh nothing."""
-    weights = task.weights[job]
+def _mean(task: OwnTask, path: Floats, segment: slice) -> Floats:
+    """Weighted mean over the poses of a segment; plain where they weigh nothing."""
+    weights = task.weights[segment]
     total = float(np.sum(weights))
     mean: Floats = path @ weights / total if total > 0.0 else path.mean(axis=-1)
     return mean
@@ -155,12 +157,12 @@ def _mean(task: OwnTask, path: Floats, job: slice) -> Floats:
 
 def _turned(task: OwnTask, joints: Floats) -> tuple[Floats, Floats]:
     """Choose the yaw (8, N), turn joint 1 back by it; how far joint 1 is beyond its limits then."""
-    starts = np.array([job.start for job in task.jobs])
+    starts = np.array([segment.start for segment in task.segments])
     first, base = joints[..., 0], task.arm.base
-    low = task.arm.lower[0] - np.minimum.reduceat(first, starts, axis=-1)  # (8, N, jobs) of the common shift
+    low = task.arm.lower[0] - np.minimum.reduceat(first, starts, axis=-1)  # (8, N, segments) of the common shift
     high = task.arm.upper[0] - np.maximum.reduceat(first, starts, axis=-1)
-    best = task.arm.reference[0] - np.stack([_mean(task, first[..., j], j) for j in task.jobs], axis=-1)
-    heavy = np.array([float(np.sum(task.weights[j])) for j in task.jobs])
+    best = task.arm.reference[0] - np.stack([_mean(task, first[..., j], j) for j in task.segments], axis=-1)
+    heavy = np.array([float(np.sum(task.weights[j])) for j in task.segments])
     middle, half = (0.0, pi) if base.yaw_free else (base.yaw.middle, 0.5 * base.yaw.width)
     grid = np.linspace(middle - half, middle + half, YAWS if half > 0.0 else 1)
     tried = -task.sense * np.broadcast_to(grid, (*first.shape[:-1], len(grid)))
@@ -178,7 +180,7 @@ def _turned(task: OwnTask, joints: Floats) -> tuple[Floats, Floats]:
 
 
 def _of_shifts(tried: Floats, low: Floats, high: Floats, best: Floats, heavy: Floats) -> tuple[Floats, Floats, Floats]:
-    """Cost, excess [rad] and best shift near by, (..., K), of shifts ``tried`` (..., K) of joint 1 for all jobs."""
+    """Cost, excess [rad] and best shift near by, (..., K), of shifts ``tried`` (..., K) of joint 1 for all segments."""
     shift = tried[..., None, :]
     low, high, best = low[..., None], high[..., None], best[..., None]
     first, last = np.ceil((low - shift - 1e-12) / TURN), np.floor((high - shift + 1e-12) / TURN)
@@ -193,12 +195,12 @@ def _of_shifts(tried: Floats, low: Floats, high: Floats, best: Floats, heavy: Fl
 
 
 def _as_given(task: OwnTask, joints: Floats, yaw: Floats) -> tuple[Floats, Floats]:
-    """Turn joint 1 back by a yaw that is given, job by job by whole turns into the limits."""
+    """Turn joint 1 back by a yaw that is given, segment by segment by whole turns into the limits."""
     yaw = np.broadcast_to(yaw, joints.shape[:2])
     joints[..., 0] -= task.sense * yaw[..., None]
     beyond = np.zeros(joints.shape[:2])
-    for job in task.jobs:
-        beyond += _lift(task, joints, job, 0)
+    for segment in task.segments:
+        beyond += _lift(task, joints, segment, 0)
     base = task.arm.base
     if not base.yaw_free:
         turn = np.round((yaw - base.yaw.middle) / TURN)

@@ -1,8 +1,9 @@
 """Bounds at singular wrists against samples: is any usable path cheaper than the bound of its box?
 
 ``python -m bench.soundness.singular_soundness [--count N] [--first SEED] [--seconds S] [--file PATH]``. Every number
-is a task of an arm with three parallel axes, singularities avoided or allowed in turn, every fifth a family. Boxes
-hold bases at which the wrist is in its singularity at a pose, or near it; half of the samples are beside such lines.
+is a task of an arm with three parallel axes, singularities avoided or allowed in turn, every fifth a task sequence.
+Boxes hold bases at which the wrist is in its singularity at a pose, or near it; half of the samples are beside such
+lines.
 """
 
 from __future__ import annotations

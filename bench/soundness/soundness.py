@@ -1,7 +1,7 @@
 """Exclusions against samples: is any layout usable in a box that a test excludes, or cheaper than the bound of one?
 
 ``python -m bench.soundness.soundness [--count N] [--first SEED] [--seconds S] [--file PATH]``. Every number is a cell:
-even ones are of the hundred of `bench.draws.cells`, odd ones are drawn (tilted mounts, families, all shapes,
+even ones are of the hundred of `bench.draws.cells`, odd ones are drawn (tilted mounts, task sequences, all shapes,
 `min_conditioning`). For each arm, boxes from 0.3 mm to 0.3 m around places that the arm reaches are bounded and
 tested; members of them, half of them corners, some with another yaw, are asked for by closed form and Coal; so are
 pairs of boxes of two arms that contact excludes. What is inscribed, moved and expanded on one side is placed and

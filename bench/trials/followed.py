@@ -42,7 +42,7 @@ def task_of(seed: int) -> tuple[str, Cell]:
     if seed % 2 == 0:
         return kind, cell
     few = 2 if seed % 4 == 1 else 3
-    ends = np.unique(np.linspace(cell.task.jobs[0].start, cell.task.jobs[0].stop - 1, few).round().astype(int))
+    ends = np.unique(np.linspace(cell.task.segments[0].start, cell.task.segments[0].stop - 1, few).round().astype(int))
     poses = cell.task.poses[ends].copy()
     poses[:, :3, 3] += poses[:, :3, 3] - poses[0, :3, 3]
     return f"{kind}, few poses", replace(cell, task=Task(poses), max_joint_step=np.pi)
@@ -63,15 +63,15 @@ def _lost(cell: Cell, layout: Layout, share: float) -> Lost | None:
     """The first place that is lost in steps of one length; a joint beyond its limits counts as lost."""
     for arm, placement in zip(cell.arms, layout.placements, strict=True):
         base = base_in_world(arm, np.array([*placement.position, placement.yaw]))
-        for job in cell.task.jobs:
-            steps = object_steps(cell.task.poses[job], share * LENGTH, share * ANGLE)
-            rows, lost = follow(arm, base, steps, placement.joints[job])
+        for segment in cell.task.segments:
+            steps = object_steps(cell.task.poses[segment], share * LENGTH, share * ANGLE)
+            rows, lost = follow(arm, base, steps, placement.joints[segment])
             if lost is not None:
-                return replace(lost, pose=lost.pose + job.start)
+                return replace(lost, pose=lost.pose + segment.start)
             beyond = np.max(np.maximum(arm.lower - rows, rows - arm.upper), axis=1)
             k = int(np.argmax(beyond))
             if beyond[k] > BEYOND:
-                return Lost(arm.name, int(steps.step[k]) + job.start, float(steps.fraction[k]), float(beyond[k]))
+                return Lost(arm.name, int(steps.step[k]) + segment.start, float(steps.fraction[k]), float(beyond[k]))
     return None
 
 

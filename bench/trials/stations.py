@@ -25,7 +25,7 @@ RANDOM_SECONDS = 10.0
 BATCH = 64
 SETTINGS = Settings(time_limit=120.0)
 STEPS = 5e-3, 0.02
-"""m and rad; steps of the dense check, where nothing moves inside a job."""
+"""m and rad; steps of the dense check, where nothing moves inside a segment."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -99,7 +99,8 @@ def _about(cell: Cell, arm: Arm, place: Floats, yaw: float, joints: Floats, rng:
     lower = np.where(some, np.maximum(arm.lower, joints.min(axis=0) - beside[0]), arm.lower)
     upper = np.where(some, np.minimum(arm.upper, joints.max(axis=0) + beside[1]), arm.upper)
     step = max(
-        (float(np.max(np.abs(np.diff(joints[job], axis=0)), initial=0.0)) for job in cell.task.jobs), default=0.0
+        (float(np.max(np.abs(np.diff(joints[segment], axis=0)), initial=0.0)) for segment in cell.task.segments),
+        default=0.0,
     )
     most = cell.max_joint_step
     if rng.random() < 0.4 and step > 1e-3:

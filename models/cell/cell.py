@@ -1,4 +1,4 @@
-"""A cell: one task, or a family of jobs, and the arms that carry it out together."""
+"""A cell: one task, or a task sequence, and the arms that carry it out together."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Cell:
     def grasps(self, arm: Arm) -> Floats:
         """(m, 4, 4) TCP of ``arm`` in the object frame at every pose."""
         if arm.grasps is not None:
-            grasps: Floats = arm.grasps[self.task.job_of]
+            grasps: Floats = arm.grasps[self.task.segment_of]
             return grasps
         return np.broadcast_to(arm.grasp, self.task.poses.shape)
 
@@ -60,12 +60,12 @@ class Cell:
         targets: Floats = self.task.poses @ self.grasps(arm) @ inverse(arm.tool)
         return targets
 
-    def alone(self, job: int) -> Cell:
-        """The same cell with one job of the task only."""
-        return replace(self, task=self.task.alone(job), arms=tuple(arm.in_job(job) for arm in self.arms))
+    def alone(self, segment: int) -> Cell:
+        """The same cell with one segment of the task only."""
+        return replace(self, task=self.task.alone(segment), arms=tuple(arm.in_segment(segment) for arm in self.arms))
 
     def part(self, first: int, last: int) -> Cell:
         """The same cell with the poses from ``first`` to ``last`` only, both included; a single one is held for two."""
-        jobs = slice(int(self.task.job_of[first]), int(self.task.job_of[last]) + 1)
-        arms = (arm if arm.grasps is None else replace(arm, grasps=arm.grasps[jobs]) for arm in self.arms)
+        segments = slice(int(self.task.segment_of[first]), int(self.task.segment_of[last]) + 1)
+        arms = (arm if arm.grasps is None else replace(arm, grasps=arm.grasps[segments]) for arm in self.arms)
         return replace(self, task=self.task.part(first, last), arms=tuple(arms))

@@ -15,7 +15,7 @@ from duocell.models.base.arrays import Bools, Floats, Ints, set_frozen
 from duocell.models.base.errors import InvalidRotation, InvalidTask
 from duocell.models.base.pose import HALF_TURN_TOLERANCE, interpolate_rotations, rotation_about, transform
 from duocell.models.base.weights import check_weights
-from duocell.models.cell.jobs import joined, slices
+from duocell.models.cell.segments import joined, slices
 
 LENGTH_TOLERANCE = 1e-6
 """m; how far arc data may contradict themselves (radii of both ends, chord against normal)."""
@@ -28,13 +28,14 @@ FARTHEST = 1e6
 class Task:
     """Poses of the object frame C in the world, in the order in which they are passed.
 
-    A task may be a family of jobs that one layout has to serve. Between the last pose of a job and the first of the
-    next nothing is continuous: there is no way of the object, no limit on joint steps, and joints may take other turns.
+    A task may be a sequence of segments that one layout has to serve. Between the last pose of a segment and the first
+    of the next nothing is continuous: there is no way of the object, no limit on joint steps, and joints may take other
+        turns.
 
     Attributes:
-        poses: (m, 4, 4) T_W^C, job after job.
-        starts: index of the first pose of each job, the first one 0.
-        names: of the jobs; () for jobs without names.
+        poses: (m, 4, 4) T_W^C, segment after segment.
+        starts: index of the first pose of each segment, the first one 0.
+        names: of the segments; () for segments without names.
         weights: (m,) >= 0, what each pose counts for in the objective; where it is 0 the pose only has to be possible.
             Empty for 1 everywhere.
     """
@@ -59,19 +60,19 @@ class Task:
         return len(self.poses)
 
     @property
-    def jobs(self) -> tuple[slice, ...]:
-        """The poses of each job."""
+    def segments(self) -> tuple[slice, ...]:
+        """The poses of each segment."""
         return slices(self.starts, len(self.poses))
 
     @property
-    def job_of(self) -> Ints:
-        """(m,) number of the job that each pose belongs to."""
+    def segment_of(self) -> Ints:
+        """(m,) number of the segment that each pose belongs to."""
         numbers: Ints = np.searchsorted(self.starts, np.arange(len(self.poses)), side="right") - 1
         return numbers
 
     @property
     def joined(self) -> Bools:
-        """(m - 1,) True where the next pose is one of the same job."""
+        """(m - 1,) True where the next pose is one of the same segment."""
         return joined(self.starts, len(self.poses))
 
     @property
@@ -85,17 +86,17 @@ class Task:
         positive = self.weights[self.weights > 0.0]
         return float(np.mean(positive)) if len(positive) else 1.0
 
-    def alone(self, job: int) -> Task:
-        """One job as a task of its own."""
-        some = self.jobs[job]
-        return Task(self.poses[some], names=(self.names[job],), weights=self.weights[some])
+    def alone(self, segment: int) -> Task:
+        """One segment as a task of its own."""
+        some = self.segments[segment]
+        return Task(self.poses[some], names=(self.names[segment],), weights=self.weights[some])
 
     def part(self, first: int, last: int) -> Task:
         """The poses from ``first`` to ``last``, both included; a single one is held for two."""
         rows = np.arange(first, last + 1) if first < last else np.array([first, first])
-        jobs = self.job_of[rows]
-        starts = (0,) if first == last else tuple(int(k) for k in np.flatnonzero(np.diff(jobs, prepend=-1)))
-        names = tuple(self.names[jobs[k]] for k in starts)
+        segments = self.segment_of[rows]
+        starts = (0,) if first == last else tuple(int(k) for k in np.flatnonzero(np.diff(segments, prepend=-1)))
+        names = tuple(self.names[segments[k]] for k in starts)
         return Task(self.poses[rows], starts, names, self.weights[rows])
 
 

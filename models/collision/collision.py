@@ -54,15 +54,15 @@ class Configurations:
 
     Attributes:
         frames: (K, F, 4, 4) in the world: world, object, then the links of each arm.
-        ends: (K, B, 2, 3) m, segments of the bounding capsules in the world.
+        ends: (K, B, 2, 3) m, axes of the bounding capsules in the world.
         counted: (P,) pairs that count: not a base with what it is mounted on.
-        jobs: (K,) number of the job of the task that each configuration belongs to.
+        segments: (K,) number of the segment of the task that each configuration belongs to.
     """
 
     frames: Floats
     ends: Floats
     counted: Bools
-    jobs: Ints
+    segments: Ints
 
     def __len__(self) -> int:
         return len(self.frames)
@@ -87,7 +87,7 @@ class CollisionModel:
         b = self.bodies
         self._bounds = PairBounds(b)
         self.exact_bounds: Bools = self._bounds.exact
-        self._of_jobs = bool(np.any(b.jobs != EVERY))
+        self._of_segments = bool(np.any(b.segments != EVERY))
         self._mounts = np.flatnonzero(b.mounts)
         self._mount_arms = np.array([b.owners[i].arm for i in b.first[self._mounts]], dtype=np.int64)
         self._obstacles: Ints = np.unique(b.second[self._mounts])
@@ -113,7 +113,7 @@ class CollisionModel:
         return model
 
     def configure(
-        self, bases: Floats, joints: Sequence[Floats], objects: Floats, jobs: Ints | None = None
+        self, bases: Floats, joints: Sequence[Floats], objects: Floats, segments: Ints | None = None
     ) -> Configurations:
         """Place everything.
 
@@ -121,23 +121,25 @@ class CollisionModel:
             bases: (A, 4, 4) base of each arm in the world.
             joints: per arm (K, n) rad.
             objects: (K, 4, 4) object frame in the world.
-            jobs: (K,) numbers of the jobs; the first one by default.
+            segments: (K,) numbers of the segments; the first one by default.
         """
         frames: Floats = np.empty((len(objects), self.offsets[-1], 4, 4))
         frames[:, 0] = np.eye(4)
         frames[:, 1] = objects
         for arm, base, q, start in zip(self.arms, bases, joints, self.offsets[:-1], strict=True):
             np.matmul(base, link_frames(arm.robot, q), out=frames[:, start : start + arm.dof + 1])
-        of_job = np.zeros(len(objects), dtype=np.int64) if jobs is None else jobs
-        return Configurations(frames, self._ends(frames), self.counted(bases), of_job)
+        of_segment = np.zeros(len(objects), dtype=np.int64) if segments is None else segments
+        return Configurations(frames, self._ends(frames), self.counted(bases), of_segment)
 
-    def configure_layouts(self, bases: Floats, joints: Sequence[Floats], objects: Floats, jobs: Ints) -> Configurations:
+    def configure_layouts(
+        self, bases: Floats, joints: Sequence[Floats], objects: Floats, segments: Ints
+    ) -> Configurations:
         """Place everything for many layouts of one task at once.
 
         Args:
             bases: (L, A, 4, 4) base of each arm in the world.
             joints: per arm (L, m, n) rad.
-            objects: (m, 4, 4) object frame in the world. jobs: (m,) the job that each belongs to.
+            objects: (m, 4, 4) object frame in the world. segments: (m,) the segment that each belongs to.
 
         Returns:
             L · m configurations, layout after layout; which pairs count differs between layouts and is left to the
@@ -151,17 +153,17 @@ class CollisionModel:
             links = link_frames(arm.robot, q.reshape(many * m, arm.dof))
             np.matmul(np.repeat(bases[:, a], m, axis=0)[:, None], links, out=frames[:, start : start + arm.dof + 1])
         return Configurations(
-            frames, self._ends(frames), np.ones(len(self.bodies.first), dtype=np.bool_), np.tile(jobs, many)
+            frames, self._ends(frames), np.ones(len(self.bodies.first), dtype=np.bool_), np.tile(segments, many)
         )
 
-    def arranged(self, frames: Floats, jobs: Ints, counted: Bools) -> Configurations:
+    def arranged(self, frames: Floats, segments: Ints, counted: Bools) -> Configurations:
         """Configurations whose frames are known.
 
         Args:
-            frames: (K, F, 4, 4) in the world, as in `Configurations`. jobs: (K,) numbers of the jobs.
+            frames: (K, F, 4, 4) in the world, as in `Configurations`. segments: (K,) numbers of the segments.
             counted: (P,) pairs that count; frames that these do not need may be anything.
         """
-        return Configurations(frames, self._ends(frames), counted, jobs)
+        return Configurations(frames, self._ends(frames), counted, segments)
 
     def _ends(self, frames: Floats) -> Floats:
         own = frames[:, self.bodies.frames]
@@ -185,8 +187,10 @@ class CollisionModel:
             result = self._bounds(configurations.frames, configurations.ends, wanted)
         else:
             result = self._bounds.up_to(configurations.frames, configurations.ends, wanted, enough)
-        if self._of_jobs:
-            result[(self.bodies.jobs != EVERY) & (self.bodies.jobs != configurations.jobs[:, None])] = np.inf
+        if self._of_segments:
+            result[(self.bodies.segments != EVERY) & (self.bodies.segments != configurations.segments[:, None])] = (
+                np.inf
+            )
         return result
 
     def distances(self, configurations: Configurations, k: Ints, pairs: Ints) -> Floats:
@@ -264,7 +268,7 @@ class CollisionModel:
         return best
 
     def contacts(
-        self, bases: Floats, joints: Sequence[Floats], object_in_world: Floats, job: int = 0
+        self, bases: Floats, joints: Sequence[Floats], object_in_world: Floats, segment: int = 0
     ) -> dict[PairClass, Contact]:
         """The closest pair of every class for one configuration.
 
@@ -272,9 +276,9 @@ class CollisionModel:
             bases: (A, 4, 4) base of each arm in the world.
             joints: per arm (n,) rad.
             object_in_world: (4, 4).
-            job: number of the job.
+            segment: number of the segment.
         """
-        here = self.configure(bases, [q[None] for q in joints], object_in_world[None], np.array([job]))
+        here = self.configure(bases, [q[None] for q in joints], object_in_world[None], np.array([segment]))
         bounds = self.bounds(here)
         found = {kind: self.closest(here, kind, bounds) for kind in self._of_kind}
         return {kind: entry[1] for kind, entry in found.items() if entry is not None}
@@ -285,10 +289,10 @@ class CollisionModel:
         joints: Sequence[Floats],
         object_in_world: Floats,
         within: Mapping[PairClass, float],
-        job: int = 0,
+        segment: int = 0,
     ) -> list[Contact]:
         """All pairs nearer than a distance [m] given per class, closest first; arguments as for `contacts`."""
-        here = self.configure(bases, [q[None] for q in joints], object_in_world[None], np.array([job]))
+        here = self.configure(bases, [q[None] for q in joints], object_in_world[None], np.array([segment]))
         limits = np.array([within.get(kind, -np.inf) for kind in self.bodies.kinds])
         candidates = np.flatnonzero(self.bounds(here)[0] < limits)
         found = [self.contact(here, 0, int(pair)) for pair in candidates]

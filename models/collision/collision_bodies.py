@@ -37,11 +37,11 @@ class Owner(NamedTuple):
 WORLD = Owner(None, None)
 OBJECT = Owner(None, None, part=True)
 EVERY = -1
-"""In place of a job's number."""
+"""In place of a segment's number."""
 Entry = tuple[str, Owner, Body]
 """Name, owner and body."""
 _ARM, _OBSTACLE, _PART, _PIECE = "arm", "obstacle", "part", "piece"
-"""Groups of bodies: with the number of an arm, 0, 0, the number of a job."""
+"""Groups of bodies: with the number of an arm, 0, 0, the number of a segment."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,15 +56,15 @@ class CellBodies:
         bodies: (B) poses are in the owner's frame.
         sure: (B) the same, but of pedestals that are as high as their base stands what is there at every height.
         frames: (B,) number of the owner's frame.
-        ends: (B, 2, 3) m, segment of the bounding capsule in the owner's frame. radius: (B,) m of that capsule.
+        ends: (B, 2, 3) m, axis of the bounding capsule in the owner's frame. radius: (B,) m of that capsule.
         box_poses: (B, 4, 4) bounding box in the owner's frame. half: (B, 3) m of that box.
         rounded: (B,) True where the bounding capsule is the body.
         flat: (B,) True for half-spaces, which have neither capsule nor box.
         first: (P,) index of a pair's first body, never flat. second: (P,) likewise, may be flat.
         kinds: (P) classes of the pairs.
         mounts: (P,) True where the first body is the base of an arm, which the second body may carry.
-        jobs: (P,) the job of the task in which a pair counts, -1 for all jobs. The part without its grasp zones is
-            another one in each job if some arm's grasp is.
+        segments: (P,) the segment of the task in which a pair counts, -1 for all segments. The part without its grasp
+            zones is another one in each segment if some arm's grasp is.
     """
 
     names: tuple[str, ...]
@@ -82,7 +82,7 @@ class CellBodies:
     second: Ints
     kinds: tuple[PairClass, ...]
     mounts: Bools
-    jobs: Ints
+    segments: Ints
 
 
 def frame_offsets(arms: Sequence[Arm]) -> list[int]:
@@ -109,14 +109,14 @@ def _collected(arms: tuple[Arm, ...], surroundings: Surroundings, holders: tuple
         entries.append(entry)
     bounds = [None if isinstance(body.shape, HalfSpace) else bounding(body.shape) for _, _, body in entries]
     pairs = _pairs(arms, surroundings, entries, groups, bounds)
-    job_of = {i: job for (group, job), members in groups.items() if group == _PIECE for i in members}
-    return _arrays(arms, surroundings, entries, bounds, pairs, [job_of.get(j, EVERY) for _, _, j in pairs])
+    segment_of = {i: segment for (group, segment), members in groups.items() if group == _PIECE for i in members}
+    return _arrays(arms, surroundings, entries, bounds, pairs, [segment_of.get(j, EVERY) for _, _, j in pairs])
 
 
 def _grouped(
     arms: Sequence[Arm], surroundings: Surroundings, holders: Sequence[Arm]
 ) -> Iterator[tuple[tuple[str, int], Entry]]:
-    """All bodies with the group that they belong to: an arm, the obstacles, the part, its pieces of a job."""
+    """All bodies with the group that they belong to: an arm, the obstacles, the part, its pieces of a segment."""
     for a, arm in enumerate(arms):
         yield from (((_ARM, a), entry) for entry in _of_arm(a, arm, surroundings))
     yield from (((_OBSTACLE, 0), (obstacle.name, WORLD, obstacle)) for obstacle in surroundings.obstacles)
@@ -124,9 +124,9 @@ def _grouped(
         return
     bodies = surroundings.part.bodies
     yield from (((_PART, 0), (body.name, OBJECT, body)) for body in bodies)
-    for job, grasps in _grasps(holders, surroundings.part):
+    for segment, grasps in _grasps(holders, surroundings.part):
         pieces = outside_zones(bodies, grasps, surroundings.part.grasp_zone)
-        yield from (((_PIECE, job), (body.name, OBJECT, body)) for body in pieces)
+        yield from (((_PIECE, segment), (body.name, OBJECT, body)) for body in pieces)
 
 
 def _of_arm(a: int, arm: Arm, surroundings: Surroundings) -> Iterator[Entry]:
@@ -142,13 +142,13 @@ def _of_arm(a: int, arm: Arm, surroundings: Surroundings) -> Iterator[Entry]:
 
 
 def _grasps(arms: Sequence[Arm], part: Part) -> list[tuple[int, Floats]]:
-    """Jobs with the (a, 3) m grasp points of all arms; one entry for all jobs where they have the same."""
-    jobs = max((len(arm.grasps) for arm in arms if arm.grasps is not None), default=0)
-    if not jobs or part.grasp_zone == 0.0:
+    """Segments with the (a, 3) m grasp points of all arms; one entry for all segments where they have the same."""
+    segments = max((len(arm.grasps) for arm in arms if arm.grasps is not None), default=0)
+    if not segments or part.grasp_zone == 0.0:
         return [(EVERY, np.array([arm.grasp[:3, 3] for arm in arms]).reshape(-1, 3))]
     return [
-        (job, np.array([(arm.grasp if arm.grasps is None else arm.grasps[job])[:3, 3] for arm in arms]))
-        for job in range(jobs)
+        (segment, np.array([(arm.grasp if arm.grasps is None else arm.grasps[segment])[:3, 3] for arm in arms]))
+        for segment in range(segments)
     ]
 
 
@@ -213,7 +213,7 @@ def _arrays(
     entries: list[Entry],
     bounds: list[Bounding | None],
     pairs: list[tuple[PairClass, int, int]],
-    jobs: list[int],
+    segments: list[int],
 ) -> CellBodies:
     """Everything as arrays; half-spaces get zeros where they have nothing."""
     offsets = frame_offsets(arms)
@@ -249,7 +249,7 @@ def _arrays(
         second=np.array([j for _, _, j in pairs], dtype=np.int64),
         kinds=tuple(kind for kind, _, _ in pairs),
         mounts=np.array(mounts, dtype=np.bool_),
-        jobs=np.array(jobs, dtype=np.int64),
+        segments=np.array(segments, dtype=np.int64),
     )
 
 

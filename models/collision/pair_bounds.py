@@ -107,7 +107,7 @@ class PairBounds:
         """Bounds of some pairs.
 
         Args:
-            frames: (K, F, 4, 4) in the world. ends: (K, B, 2, 3) m, segments of the bounding capsules in the world.
+            frames: (K, F, 4, 4) in the world. ends: (K, B, 2, 3) m, axes of the bounding capsules in the world.
             wanted: (P,) pairs of interest; the others get infinity.
 
         Returns:

@@ -97,7 +97,7 @@ class Arm:
         robot: the kinematic chain.
         tool: (4, 4) tool centre point (TCP) in the flange frame.
         grasp: (4, 4) TCP in the object frame, T_C^H of the source.
-        grasps: (jobs, 4, 4) the same for each job of the task, or None where ``grasp`` holds for all of them.
+        grasps: (segments, 4, 4) the same for each segment of the task, or None where ``grasp`` holds for all of them.
         base: where the base may stand.
         lower: (n,) rad limits in force; ``-inf`` for a joint without end. upper: (n,) likewise.
         reference: (n,) rad, q* of the objective (8.21).
@@ -206,9 +206,9 @@ class Arm:
         """(..., 4, 4) base frame in the world from base origins (..., 3) [m] and yaws (...) [rad]."""
         return transform(self.mount @ rotation_z(yaw), position)
 
-    def in_job(self, job: int) -> Arm:
-        """The same arm for one job of the task by itself."""
-        return self if self.grasps is None else replace(self, grasp=self.grasps[job], grasps=None)
+    def in_segment(self, segment: int) -> Arm:
+        """The same arm for one segment of the task by itself."""
+        return self if self.grasps is None else replace(self, grasp=self.grasps[segment], grasps=None)
 
     def __repr__(self) -> str:
         return f"Arm({self.name!r}, {self.robot.name!r})"

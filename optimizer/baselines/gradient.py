@@ -60,12 +60,12 @@ class PostureFunction:
         if missing.any():
             return None
         joints[:, 0] -= self.problem.sigma * placement[3]
-        for job in self.problem.jobs:
-            path = joints[job]
+        for segment in self.problem.segments:
+            path = joints[segment]
             steps = np.diff(path, axis=0)
             path[1:] -= TURN * np.cumsum(np.round(steps / TURN), axis=0)
             # What the yaw does to joint 1 is known, so only the rest has to be small.
-            turned = path - near.joints[job]
+            turned = path - near.joints[segment]
             turned[:, 0] += self.problem.sigma * (placement[3] - near.placement[3])
             lifts = np.round(np.mean(turned, axis=0) / TURN)
             if np.max(np.abs(turned - TURN * lifts)) > np.pi:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from duocell.models.base.arrays import Floats, Ints
-from duocell.models.cell.jobs import joined
+from duocell.models.cell.segments import joined
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.baselines.conjugate_gradients import Point
 from duocell.optimizer.baselines.gradient import Followed, PostureFunction
@@ -85,7 +85,7 @@ class ConstrainedPosture:
 
     Rows, in this order: joints (and sums with linear limits) above their upper limits and below their lower ones (per
     pose, rad); joint steps beyond
-    the allowed one, up and down (rad; ours, the source has none; within a job); reach (m); base region (m, rad).
+    the allowed one, up and down (rad; ours, the source has none; within a segment); reach (m); base region (m, rad).
     """
 
     def __init__(self, function: PostureFunction) -> None:

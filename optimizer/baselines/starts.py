@@ -23,8 +23,9 @@ def source_start(cell: Cell, arm: Arm, side: int) -> Floats:
 
     ``(Rmin + Rmax) / 2`` from the middle between first and last pose, on the horizontal normal of the path, the base's
     x axis towards it. Components that the request fixes keep their values (the result may then be nearer or farther);
-    a free z starts in the middle of its interval. The start may lie outside the allowed region. The path of a family,
-    which the source does not know, is taken to go from the first pose of its first job to the last of its last.
+    a free z starts in the middle of its interval. The start may lie outside the allowed region. The path of a task
+    sequence, which the source does not know, is taken to go from the first pose of its first segment to the last of its
+    last.
 
     Args:
         cell: the task.

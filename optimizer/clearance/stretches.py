@@ -74,12 +74,12 @@ class Walk:
         self.step: Ints = np.arange(count) - last
         self.fraction: Floats = last.astype(np.float64)
         self.joints = [np.array(q, dtype=np.float64) for q in joints]
-        self.jobs: Ints = cell.task.job_of
-        self.places = model.configure(bases, self.joints, cell.task.poses, self.jobs)
+        self.segments: Ints = cell.task.segment_of
+        self.places = model.configure(bases, self.joints, cell.task.poses, self.segments)
         self.gaps: Floats = model.bounds(self.places)
         self.exact: Bools = np.tile(model.exact_bounds, (count, 1))
         self.levers = self.motion.levers(self.places)
-        self.left: Ints = np.flatnonzero(cell.task.joined)  # from one job to the next there is no way
+        self.left: Ints = np.flatnonzero(cell.task.joined)  # from one segment to the next there is no way
         self.right: Ints = self.left + 1
         self.open: Bools = np.tile(self.places.counted, (len(self.left), 1))
         self.least: Floats = np.full(len(self.required), np.inf)
@@ -122,8 +122,8 @@ class Walk:
         self.left, self.right, self.open = self.left[good], self.right[good], self.open[good]
         first = len(self.step)
         self.joints = [np.concatenate([q, found[good]]) for q, found in zip(self.joints, followed, strict=True)]
-        jobs = self.jobs[step[good]]
-        places = self.model.configure(self.bases, [found[good] for found in followed], objects[good], jobs)
+        segments = self.segments[step[good]]
+        places = self.model.configure(self.bases, [found[good] for found in followed], objects[good], segments)
         asked = np.any(self.open, axis=0)
         self.gaps = np.concatenate([self.gaps, self.model.bounds(places, asked)])
         self.exact = np.concatenate([self.exact, np.tile(self.model.exact_bounds, (len(places), 1))])
@@ -132,7 +132,7 @@ class Walk:
             np.concatenate([self.places.frames, places.frames]),
             np.concatenate([self.places.ends, places.ends]),
             self.places.counted,
-            np.concatenate([self.places.jobs, jobs]),
+            np.concatenate([self.places.segments, segments]),
         )
         self.step = np.concatenate([self.step, step[good]])
         self.fraction = np.concatenate([self.fraction, fraction[good]])

@@ -80,9 +80,9 @@ def _sorted(around: Surroundings) -> Surroundings:
 
 
 def _reversed(cell: Cell) -> Cell:
-    """Poses, and so jobs, from the last to the first."""
+    """Poses, and so segments, from the last to the first."""
     task = cell.task
-    starts = tuple(len(task) - job.stop for job in reversed(task.jobs))
+    starts = tuple(len(task) - segment.stop for segment in reversed(task.segments))
     back = Task(task.poses[::-1], starts, task.names[::-1], task.weights[::-1])
     arms = tuple(arm if arm.grasps is None else replace(arm, grasps=arm.grasps[::-1]) for arm in cell.arms)
     return replace(cell, task=back, arms=arms)

@@ -8,8 +8,8 @@ from duocell.models.cell.cell import Cell
 from duocell.optimizer.coupled.found import CoupledSearch
 from duocell.optimizer.coupled.prove import against
 from duocell.optimizer.coupled.report import alternatives, clearances_of, explain, placements_of
-from duocell.optimizer.nlp.measure import jobs_of
-from duocell.optimizer.reasons.reasons import name_jobs
+from duocell.optimizer.nlp.measure import segment_shares
+from duocell.optimizer.reasons.reasons import name_segments
 from duocell.optimizer.results.layout import Certificate, Layout, Outcome
 from duocell.optimizer.verification.scene import Scene
 from duocell.optimizer.verification.verify import check, summarise
@@ -44,7 +44,7 @@ def coupled_layout(cell: Cell, alone: Layout, search: CoupledSearch, most_altern
         outcome=Outcome.of(usable=usable, proved=_proved(certificate, search)),
         objective=objective,
         placements=placements,
-        reasons=name_jobs(cell.task, reasons),
+        reasons=name_segments(cell.task, reasons),
         search=replace(
             alone.search,
             candidates=alone.search.candidates + search.candidates,
@@ -56,7 +56,7 @@ def coupled_layout(cell: Cell, alone: Layout, search: CoupledSearch, most_altern
         certificate=certificate,
         clearances=() if shown is None else clearances_of(shown),
         alternatives=alternatives(cell, search.found, most_alternatives),
-        jobs=jobs_of(cell, placements if usable else ()),
+        segments=segment_shares(cell, placements if usable else ()),
     )
 
 

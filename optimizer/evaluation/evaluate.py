@@ -13,9 +13,9 @@ from duocell.models.cell.cell import Cell
 from duocell.optimizer.clearance.clearance import found_clearances
 from duocell.optimizer.evaluation.standing import as_given, choices, intervals
 from duocell.optimizer.evaluation.together import together
-from duocell.optimizer.nlp.measure import jobs_of, placed
+from duocell.optimizer.nlp.measure import placed, segment_shares
 from duocell.optimizer.reasons.faults import coupling_faults, floor_faults, path_faults, place_faults
-from duocell.optimizer.reasons.reasons import name_jobs
+from duocell.optimizer.reasons.reasons import name_segments
 from duocell.optimizer.results.layout import Layout, Outcome, Reason, Search
 from duocell.optimizer.verification.verify import summarise
 
@@ -76,9 +76,9 @@ def evaluate_layout(cell: Cell, joints: Sequence[Floats | None] | None = None) -
         outcome=outcome,
         objective=sum(placement.objective for placement in placements) if complete else None,
         placements=placements,
-        reasons=name_jobs(cell.task, reasons),
+        reasons=name_segments(cell.task, reasons),
         search=Search(sum(one.looked_at for one in standing), 0, 0, time.perf_counter() - started),
         verification=summarise(checks) if checks else None,
         clearances=() if chosen.path is None else found_clearances(chosen.path),
-        jobs=jobs_of(cell, placements),
+        segments=segment_shares(cell, placements),
     )

@@ -84,7 +84,7 @@ class _Clearance:
         model, task = scene.model, scene.cell.task
         if model is None:
             return np.inf
-        places = model.configure(scene.bases([point]), [point.joints], task.poses, task.job_of)
+        places = model.configure(scene.bases([point]), [point.joints], task.poses, task.segment_of)
         found = model.closest(places, self.kind)
         return np.inf if found is None else found[1].distance
 

@@ -18,7 +18,7 @@ from duocell.models.kinematics.wrist_singularity import wrist_distance
 from duocell.models.robot.arm import Arm
 from duocell.models.robot.posture import name_signs
 from duocell.optimizer.nlp.program import ArmPoint
-from duocell.optimizer.results.layout import JobShare
+from duocell.optimizer.results.layout import SegmentShare
 from duocell.optimizer.results.placement import Placement
 
 
@@ -35,7 +35,7 @@ def linear_margins(arm: Arm, joints: Floats) -> tuple[tuple[str, float], ...]:
 
 
 def largest_step(task: Task, joints: Floats) -> float:
-    """rad, largest change of any joint (m, n) between consecutive poses of a job."""
+    """rad, largest change of any joint (m, n) between consecutive poses of a segment."""
     return float(np.max(np.abs(np.diff(joints, axis=0)[task.joined]), initial=0.0))
 
 
@@ -44,16 +44,16 @@ def objective_of(task: Task, arm: Arm, joints: Floats) -> float:
     return float(np.sum(task.weights[:, None] * (arm.weights * (joints - arm.reference) ** 2)))
 
 
-def jobs_of(cell: Cell, placements: Sequence[Placement]) -> tuple[JobShare, ...]:
-    """What each job of the task contributes; without objective where an arm has no placement."""
+def segment_shares(cell: Cell, placements: Sequence[Placement]) -> tuple[SegmentShare, ...]:
+    """What each segment of the task contributes; without objective where an arm has no placement."""
     arms = {arm.name: arm for arm in cell.arms}
     complete = len(placements) == len(arms)
     shares = []
-    for index, job in enumerate(cell.task.jobs):
+    for index, segment in enumerate(cell.task.segments):
         task = cell.task.alone(index)
-        costs = [objective_of(task, arms[found.arm], found.joints[job]) for found in placements]
+        costs = [objective_of(task, arms[found.arm], found.joints[segment]) for found in placements]
         weight = float(np.max(task.weights))
-        shares.append(JobShare(task.names[0], job.start, len(task), weight, sum(costs) if complete else None))
+        shares.append(SegmentShare(task.names[0], segment.start, len(task), weight, sum(costs) if complete else None))
     return tuple(shares)
 
 

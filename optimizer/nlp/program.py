@@ -6,7 +6,7 @@ of poses and the kinds of rows alone, so it is compiled once and shared; a `Prog
 Unknowns, arm after arm: base (x, y, z, yaw), then the joints pose by pose.
 Rows, arm after arm: pose rows of every pose (`pose_rows`), then, where asked for, joint steps and conditioning cuts,
 and last the linear limits of arms that have such.
-Steps from one job of a family to the next have rows without bounds.
+Steps from one segment of a task sequence to the next have rows without bounds.
 """
 
 from __future__ import annotations
@@ -185,10 +185,10 @@ class _ArmNumbers:
 def _arm_numbers(cell: Cell, arm: Arm, point: ArmPoint, structure: Structure, scale: float, clear: bool) -> _ArmNumbers:
     """Parameters, bounds and row bounds of one arm."""
     poses = structure.poses
-    jobs = cell.task.jobs
+    segments = cell.task.segments
     margins = margins_along(arm, SPARE) if clear else margins_at_poses(arm)
-    sides = [joint_bounds(arm, replace(point, joints=point.joints[job]), margins) for job in jobs]
-    lengths = [job.stop - job.start for job in jobs]
+    sides = [joint_bounds(arm, replace(point, joints=point.joints[segment]), margins) for segment in segments]
+    lengths = [segment.stop - segment.start for segment in segments]
     low, high = (np.repeat([side[end] for side in sides], lengths, axis=0).ravel() for end in (0, 1))
     base = arm.base.bounds.copy()
     if arm.base.yaw_free:
@@ -213,7 +213,7 @@ def joint_bounds(arm: Arm, point: ArmPoint, margins: Margins | None = None) -> t
 
     A side of the elbow is half a turn of joint 3, a side of the wrist half a turn of joint 5, less the ``margins`` to
     their singularities at either end (default: those of poses); which half turn is the one the start lies in. ``point``
-    is a path of one job: others may be on other turns.
+    is a path of one segment: others may be on other turns.
     """
     low, high = arm.lower.copy(), arm.upper.copy()
     form, singular = posture_form(arm.robot), singular_fifth(arm.robot)

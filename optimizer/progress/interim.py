@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from duocell.models.cell.cell import Cell
 from duocell.optimizer.clearance.clearance import PathClearance, found_clearances
-from duocell.optimizer.nlp.measure import jobs_of, placed
+from duocell.optimizer.nlp.measure import placed, segment_shares
 from duocell.optimizer.nlp.program import ArmPoint
 from duocell.optimizer.results.layout import Layout, Outcome, Reason, Search
 from duocell.optimizer.settings import Settings
@@ -53,7 +53,7 @@ def interim_layout(
         search=Search(0, 0, 0, wall_time, ended=False, first_feasible_time=found_after),
         verification=summarise(checks),
         clearances=() if path is None else found_clearances(path),
-        jobs=jobs_of(cell, placements),
+        segments=segment_shares(cell, placements),
     )
 
 

@@ -34,7 +34,7 @@ def explain_reach(cell: Cell, arm: Arm, first: int = 0) -> tuple[Reason, ...]:
     Args:
         cell: the task.
         arm: the arm.
-        first: number of the cell's first pose, for a job that is looked at by itself.
+        first: number of the cell's first pose, for a segment that is looked at by itself.
     """
     windows = reach_windows(cell, arm)
     region = arm.base.bounds[:3]
@@ -88,10 +88,10 @@ def explain_reduced(
 ) -> tuple[Reason, ...]:
     """Reasons for an arm with a reduced problem: poses that are impossible alone, else what the nearest path breaks.
 
-    A family is explained by the jobs that are impossible alone, else by that.
+    A task sequence is explained by the segments that are impossible alone, else by that.
     """
     if len(problem.starts) > 1:
-        return explain_jobs(cell, problem.arm, seed)
+        return explain_segments(cell, problem.arm, seed)
     if problem.arm.min_conditioning is not None:
         blocked = _conditioning(cell, problem, box, seed)
         if blocked:
@@ -111,37 +111,43 @@ def explain_reduced(
     return reasons or (_no_posture(problem.arm),)
 
 
-def explain_jobs(cell: Cell, arm: Arm, seed: int) -> tuple[Reason, ...]:
-    """Reasons for a family: those of the jobs for which no base is found even if the others are forgotten."""
+def explain_segments(cell: Cell, arm: Arm, seed: int) -> tuple[Reason, ...]:
+    """Reasons for a task sequence: those of the segments for which no base is found even if the others are
+    forgotten.
+    """
     reasons: list[Reason] = []
-    for index, job in enumerate(cell.task.jobs):
-        alone, own = cell.alone(index), arm.in_job(index)
+    for index, segment in enumerate(cell.task.segments):
+        alone, own = cell.alone(index), arm.in_segment(index)
         problem, box = reduced_problem(alone, own), search_box(alone, own)
         if np.any(box[:, 0] > box[:, 1]):
-            reasons += explain_reach(alone, own, job.start)
+            reasons += explain_reach(alone, own, segment.start)
         elif problem is not None:
             seen = screen(problem, box, seed).candidates
             if not any(candidate.violation == 0.0 for candidate in seen):
-                reasons += explain_reduced(alone, problem, box, seen, seed, job.start)
+                reasons += explain_reduced(alone, problem, box, seen, seed, segment.start)
     return tuple(reasons) or (_no_common_base(arm),)
 
 
-def name_jobs(task: Task, reasons: tuple[Reason, ...]) -> tuple[Reason, ...]:
-    """Reasons that say which jobs of a family their poses belong to; poses are counted through all jobs."""
+def name_segments(task: Task, reasons: tuple[Reason, ...]) -> tuple[Reason, ...]:
+    """Reasons that say which segments of a task sequence their poses belong to; poses are counted through all
+    segments.
+    """
     if len(task.starts) == 1:
         return reasons
     named = []
     for reason in reasons:
-        jobs = np.unique(task.job_of[list(reason.poses)])
-        words = ", ".join(task.names[job] or str(job) for job in jobs)
-        suffix = f" [job{'s' if len(jobs) > 1 else ''} {words}]" if len(jobs) else ""
+        segments = np.unique(task.segment_of[list(reason.poses)])
+        words = ", ".join(task.names[segment] or str(segment) for segment in segments)
+        suffix = f" [job{'s' if len(segments) > 1 else ''} {words}]" if len(segments) else ""
         named.append(replace(reason, detail=reason.detail + suffix))
     return tuple(named)
 
 
 def explain_proof(cell: Cell, arm: Arm, obstacles: tuple[Obstacle, ...]) -> tuple[Reason, ...]:
-    """What a proof of infeasibility met, the three largest obstacles; of a family, first which jobs are to blame."""
-    reasons = list(explain_jobs(cell, arm, 0)) if len(cell.task.starts) > 1 else []
+    """What a proof of infeasibility met, the three largest obstacles; of a task sequence, first which segments are to
+    blame.
+    """
+    reasons = list(explain_segments(cell, arm, 0)) if len(cell.task.starts) > 1 else []
     for obstacle in obstacles[:3]:
         joint = None if obstacle.joint is None else arm.robot.joint_names[obstacle.joint]
         what = {
@@ -259,7 +265,7 @@ def explain_path(
         joints: (m, n) rad.
         missing: (m,) m that reach lacks.
         where: words for the placement.
-        first: number of the cell's first pose, for a job that is looked at by itself.
+        first: number of the cell's first pose, for a segment that is looked at by itself.
     """
     reasons: list[Reason] = []
     far = first + np.flatnonzero(missing > 0.0)

@@ -1,7 +1,7 @@
-r"""One base yaw for several jobs: the shifts of joint 1 that suit them best together.
+r"""One base yaw for several segments: the shifts of joint 1 that suit them best together.
 
-A yaw shifts joint 1 by the same y in all jobs; each job may be lifted by 2π k_b on top of that. With t_b the shift a
-job would like best and W_b its weight, what depends on them costs ``Σ_b W_b (y + 2π k_b - t_b)²``, where
+A yaw shifts joint 1 by the same y in all segments; each segment may be lifted by 2π k_b on top of that. With t_b the
+shift a segment would like best and W_b its weight, what depends on them costs ``Σ_b W_b (y + 2π k_b - t_b)²``, where
 ``y + 2π k_b`` has to lie between low_b and high_b. For a given y the best k_b is a clipped rounding, and it changes
 only at ``t_b + π``, low_b and high_b (modulo 2π). Between two such places all k_b are constant and the cost is a
 parabola in y, so the best of the clipped vertices is the global minimum.
@@ -22,10 +22,10 @@ ROUNDING = 1e-12
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Shifted:
-    """The best shifts of B jobs; S is any shape.
+    """The best shifts of B segments; S is any shape.
 
     Attributes:
-        yaw_shift: (S) rad, y. turns: (B, S) k_b. cost: (S), inf where no y suits every job.
+        yaw_shift: (S) rad, y. turns: (B, S) k_b. cost: (S), inf where no y suits every segment.
     """
 
     yaw_shift: Floats
@@ -34,8 +34,8 @@ class Shifted:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class JobShifts:
-    """What B jobs ask of the shift of joint 1.
+class SegmentShifts:
+    """What B segments ask of the shift of joint 1.
 
     Attributes:
         wanted: (B, S) rad, t_b. weights: (B,) W_b.
@@ -56,32 +56,32 @@ class JobShifts:
         ends = self._ends()
         low, high = ends[..., :-1], ends[..., 1:]
         middle = 0.5 * (low + high)
-        jobs = range(len(self.wanted))
+        segments = range(len(self.wanted))
         limits = [
             (-np.inf, np.inf) if least is None or most is None else (least[b, ..., None], most[b, ..., None])
-            for b in jobs
+            for b in segments
         ]
         total = float(np.sum(self.weights))
-        shares = self.weights / total if total > 0.0 else np.full(len(jobs), 1.0 / len(jobs))
+        shares = self.weights / total if total > 0.0 else np.full(len(segments), 1.0 / len(segments))
         vertex, possible = np.zeros(middle.shape), np.ones(middle.shape, dtype=np.bool_)
-        for b in jobs:
+        for b in segments:
             turns, kept = self._turns(b, middle, *limits[b])
             vertex += shares[b] * (self.wanted[b, ..., None] - TURN * turns)
             possible &= kept
         vertex, cost = np.clip(vertex, low, high), np.zeros(middle.shape)
-        for b in jobs:
+        for b in segments:
             turns, _ = self._turns(b, middle, *limits[b])
             cost += self.weights[b] * (vertex + TURN * turns - self.wanted[b, ..., None]) ** 2
         chosen = np.argmin(np.where(possible, cost, np.inf), axis=-1)[..., None]
         piece = np.take_along_axis(middle, chosen, axis=-1)
         return Shifted(
             np.take_along_axis(vertex, chosen, axis=-1)[..., 0],
-            np.array([self._turns(b, piece, *limits[b])[0][..., 0] for b in jobs]),
+            np.array([self._turns(b, piece, *limits[b])[0][..., 0] for b in segments]),
             np.take_along_axis(np.where(possible, cost, np.inf), chosen, axis=-1)[..., 0],
         )
 
     def _turns(self, b: int, places: Floats, least: Floats | float, most: Floats | float) -> tuple[Floats, Bools]:
-        """The best turn of job b for y at ``places`` (S, P), and where the limits allow one; elsewhere it is 0."""
+        """The best turn of segment b for y at ``places`` (S, P), and where the limits allow one; elsewhere it is 0."""
         first = np.maximum(np.ceil((self.low[b, ..., None] - places) / TURN - ROUNDING), least)
         last = np.minimum(np.floor((self.high[b, ..., None] - places) / TURN + ROUNDING), most)
         turns = np.clip(np.round((self.wanted[b, ..., None] - places) / TURN), first, last)

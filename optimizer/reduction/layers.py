@@ -3,8 +3,8 @@
 Every pose has a layer of inverse-kinematics branches (for a redundant arm: of sampled ones). A path takes one branch
 per pose; consecutive ones must be within the allowed joint step. The cheapest path is found by dynamic programming
 over the layers, and then unwrapped, lifted and given its best yaw like any other
-(`duocell.optimizer.reduction.paths`). The jobs of a family get a shortest path each, in one posture where the arm has
-postures.
+(`duocell.optimizer.reduction.paths`). The segments of a task sequence get a shortest path each, in one posture where
+the arm has postures.
 """
 
 from __future__ import annotations
@@ -116,21 +116,27 @@ def finish_path(cell: Cell, arm: Arm, position: Floats, yaw: float, joints: Floa
     """Unwrap joint values (n, m) found with the base at ``position`` and ``yaw``, lift them and choose the best yaw."""
     sigma = chain_of(arm.robot).vertical_sign
     task = cell.task
-    jobs = task.weights, task.starts
+    segments = task.weights, task.starts
     joints, step = unwrap(joints, task.starts)
     violation = max(float(np.max(step)) - cell.max_joint_step, 0.0)
     for i in range(1 if sigma else 0, arm.dof):
-        violation += float(lift(joints[i], arm.lower[i], arm.upper[i], arm.reference[i], *jobs))
+        violation += float(lift(joints[i], arm.lower[i], arm.upper[i], arm.reference[i], *segments))
     keep_sums(arm, joints, task.starts, free_yaw=bool(sigma))
     if sigma:
         joints[0] += sigma * yaw  # as if the yaw were zero
-        best, out = choose_yaw(joints[0], *first_joint_limits(arm, joints), arm.reference[0], arm.base, sigma, *jobs)
+        best, out = choose_yaw(
+            joints[0], *first_joint_limits(arm, joints), arm.reference[0], arm.base, sigma, *segments
+        )
         yaw, violation = float(best), violation + float(out)
     path = joints.T
     violation += float(wrist_shortfall(arm, joints)) + float(sum_excess(arm, joints))
     objective = objective_of(task, arm, path)
     form = posture_form(arm.robot)
-    postures = [] if form is None else [posture_of(form, path[(job.start + job.stop) // 2]) for job in task.jobs]
+    postures = (
+        []
+        if form is None
+        else [posture_of(form, path[(segment.start + segment.stop) // 2]) for segment in task.segments]
+    )
     signs = postures[0] if postures else None
     if signs is not None and not (arm.posture.admits(signs) and len(set(postures)) == 1):
         violation += EXCLUDED
@@ -139,26 +145,30 @@ def finish_path(cell: Cell, arm: Arm, position: Floats, yaw: float, joints: Floa
 
 
 def _cheapest(cell: Cell, arm: Arm, layers: list[Floats], costs: list[Floats]) -> Floats:
-    """(m, n) the branches taken: a shortest path for each job, in one posture where there are several jobs."""
-    jobs, form = cell.task.jobs, posture_form(arm.robot)
+    """(m, n) the branches taken: a shortest path for each segment, in one posture where there are several segments."""
+    segments, form = cell.task.segments, posture_form(arm.robot)
     ways = []
-    if form is not None and len(jobs) > 1:
+    if form is not None and len(segments) > 1:
         signs = [[posture_of(form, q) for q in layer] for layer in layers]
         for posture in ALL_SIGNS:
             own = [[k for k, other in enumerate(layer) if other == posture] for layer in signs]
             if all(own):
                 some = [layer[k] for layer, k in zip(layers, own, strict=True)]
-                ways.append(_jobs(jobs, some, [c[k] for c, k in zip(costs, own, strict=True)], cell.max_joint_step))
-    return min(ways or [_jobs(jobs, layers, costs, cell.max_joint_step)], key=lambda way: way[0])[1]
+                ways.append(
+                    _segments(segments, some, [c[k] for c, k in zip(costs, own, strict=True)], cell.max_joint_step)
+                )
+    return min(ways or [_segments(segments, layers, costs, cell.max_joint_step)], key=lambda way: way[0])[1]
 
 
-def _jobs(jobs: tuple[slice, ...], layers: list[Floats], costs: list[Floats], max_step: float) -> tuple[float, Floats]:
-    """The cost of a shortest path for each job by itself, and the branches (m, n) taken."""
+def _segments(
+    segments: tuple[slice, ...], layers: list[Floats], costs: list[Floats], max_step: float
+) -> tuple[float, Floats]:
+    """The cost of a shortest path for each segment by itself, and the branches (m, n) taken."""
     total, taken = 0.0, []
-    for job in jobs:
-        cost, chosen = _shortest(layers[job], costs[job], max_step)
+    for segment in segments:
+        cost, chosen = _shortest(layers[segment], costs[segment], max_step)
         total += cost
-        taken += [layer[k] for layer, k in zip(layers[job], chosen, strict=True)]
+        taken += [layer[k] for layer, k in zip(layers[segment], chosen, strict=True)]
     return total, np.array(taken)
 
 

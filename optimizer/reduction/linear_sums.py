@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from duocell.models.base.arrays import Bools, Floats
-from duocell.models.cell.jobs import slices
+from duocell.models.cell.segments import slices
 from duocell.models.robot.arm import TURN, Arm
 from duocell.models.robot.linear_limits import LinearLimits
 
@@ -29,7 +29,7 @@ def sum_excess(arm: Arm, joints: Floats) -> Floats:
 
 
 def keep_sums(arm: Arm, joints: Floats, starts: tuple[int, ...], *, free_yaw: bool) -> None:
-    """Give joints of paths (n, ..., m), in place, other turns where linear limits ask for it, job by job.
+    """Give joints of paths (n, ..., m), in place, other turns where linear limits ask for it, segment by segment.
 
     Where a yaw is chosen afterwards, that is what joint 1 and its sums are for: see `first_joint_limits`.
     """
@@ -38,8 +38,8 @@ def keep_sums(arm: Arm, joints: Floats, starts: tuple[int, ...], *, free_yaw: bo
         return
     rows: Bools = limits.matrix[:, 0] == 0.0 if free_yaw else np.ones(len(limits), dtype=np.bool_)
     used = np.any(limits.matrix[rows] != 0.0, axis=0) & (arm.upper - arm.lower >= TURN)
-    for job in slices(starts, joints.shape[-1]):
-        part = joints[..., job]
+    for segment in slices(starts, joints.shape[-1]):
+        part = joints[..., segment]
         for i in np.flatnonzero(used):
             for turn in (TURN, -TURN):
                 now, moved = _excess(limits, rows, part), part.copy()

@@ -1,8 +1,8 @@
 """From joint angles modulo 2π to a path: unwrapping, the best 2π lifts, the best yaw.
 
 All functions take paths with the poses on the last axis and any number of axes before it. Where a path consists of
-several jobs (`starts`: index of the first pose of each), every job is unwrapped and lifted by itself; the yaw is the
-same for all of them. ``weights`` (m,) are what the poses count for, None for 1.
+several segments (`starts`: index of the first pose of each), every segment is unwrapped and lifted by itself; the yaw
+is the same for all of them. ``weights`` (m,) are what the poses count for, None for 1.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ import numpy as np
 
 from duocell.models.base.arrays import Floats
 from duocell.models.robot.arm import TURN, BaseRegion
-from duocell.optimizer.reduction.common_yaw import JobShifts
+from duocell.optimizer.reduction.common_yaw import SegmentShifts
 
 Starts = tuple[int, ...]
 ONE: Starts = (0,)
-"""A path of one job."""
+"""A path of one segment."""
 
 
 def unwrap(joints: Floats, starts: Starts = ONE) -> tuple[Floats, Floats]:
@@ -23,13 +23,13 @@ def unwrap(joints: Floats, starts: Starts = ONE) -> tuple[Floats, Floats]:
 
     Args:
         joints: (..., m) rad modulo 2π.
-        starts: of the jobs.
+        starts: of the segments.
 
     Returns:
-        The same array, continuous within each job, and the largest step there (...) rad, at most π.
+        The same array, continuous within each segment, and the largest step there (...) rad, at most π.
     """
     if len(starts) > 1:
-        largest = [unwrap(part)[1] for part in _jobs(joints, starts)]
+        largest = [unwrap(part)[1] for part in _segments(joints, starts)]
         return joints, np.max(largest, axis=0)
     steps = np.diff(joints, axis=-1)
     turns = np.round(steps / TURN)
@@ -51,11 +51,11 @@ def lift(
     The cost is a convex quadratic of the shift, so the nearest allowed multiple to its minimiser is the best one.
 
     Returns:
-        (...) rad, what sticks out of the limits, added over the jobs.
+        (...) rad, what sticks out of the limits, added over the segments.
     """
     if len(starts) > 1:
         shares = _shares(weights, starts)
-        parts = zip(_jobs(path, starts), shares, strict=True)
+        parts = zip(_segments(path, starts), shares, strict=True)
         total: Floats = np.sum([lift(part, lower, upper, reference, share) for part, share in parts], axis=0)
         return total
     wanted = np.round((reference - mean(path, weights)) / TURN)
@@ -92,7 +92,7 @@ def choose_yaw(
         reference: rad, of joint 1.
         region: allowed yaw.
         sigma: sense of joint 1 about the vertical, ±1.
-        weights: of the poses. starts: of the jobs.
+        weights: of the poses. starts: of the segments.
 
     Returns:
         yaw (...) in the allowed interval, and (...) rad, what sticks out of the limits.
@@ -121,14 +121,14 @@ def _choose_common_yaw(
     weights: Floats | None,
     starts: Starts,
 ) -> tuple[Floats, Floats]:
-    """As `choose_yaw` for several jobs: one yaw, a lift for each job."""
+    """As `choose_yaw` for several segments: one yaw, a lift for each segment."""
     lower, upper, reference = joint
-    parts, shares = _jobs(path, starts), _shares(weights, starts)
-    shifts = JobShifts(
+    parts, shares = _segments(path, starts), _shares(weights, starts)
+    shifts = SegmentShifts(
         wanted=np.array([reference - mean(part, share) for part, share in zip(parts, shares, strict=True)]),
         weights=np.array([part.shape[-1] if s is None else np.sum(s) for part, s in zip(parts, shares, strict=True)]),
-        low=np.array([np.max(part, axis=-1) for part in _jobs(lower - path, starts)]),
-        high=np.array([np.min(part, axis=-1) for part in _jobs(upper - path, starts)]),
+        low=np.array([np.max(part, axis=-1) for part in _segments(lower - path, starts)]),
+        high=np.array([np.min(part, axis=-1) for part in _segments(upper - path, starts)]),
         start=np.asarray(0.0 if region.yaw_free else min(-sigma * region.yaw.low, -sigma * region.yaw.high)),
         width=TURN if region.yaw_free else region.yaw.width,
     )
@@ -155,13 +155,13 @@ def mean(path: Floats, weights: Floats | None) -> Floats:
     return np.asarray(path @ weights / np.sum(weights))
 
 
-def _jobs(path: Floats, starts: Starts) -> list[Floats]:
-    """Views of the jobs (..., m_b) of a path (..., m)."""
+def _segments(path: Floats, starts: Starts) -> list[Floats]:
+    """Views of the segments (..., m_b) of a path (..., m)."""
     return np.split(path, starts[1:], axis=-1)
 
 
 def _shares(weights: Floats | None, starts: Starts) -> list[Floats] | list[None]:
-    """The weights of each job's poses."""
+    """The weights of each segment's poses."""
     return [None] * len(starts) if weights is None else np.split(weights, starts[1:])
 
 

@@ -1,8 +1,8 @@
-"""A few poses that stand for a long job: even along its way, and where its weight in the objective is.
+"""A few poses that stand for a long segment: even along its way, and where its weight in the objective is.
 
-Every pose of the job counts for the chosen one that is nearest along the way, so that a dwell of hundreds of poses
-keeps its share of the objective although one pose stands for it. Chosen are the same poses if the job is reversed, or
-turned about the vertical and shifted with the world.
+Every pose of the segment counts for the chosen one that is nearest along the way, so that a dwell of hundreds of poses
+keeps its share of the objective although one pose stands for it. Chosen are the same poses if the segment is reversed,
+or turned about the vertical and shifted with the world.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ HEAVY, AWAY = 2.0, 0.1
 """Poses that count for this many shares of a sample get one of their own, unless they are, on average, nearer to the
 chosen one than this share of a gap."""
 TIED = 9
-"""Decimals of what is compared: no more are alike in a reversed job."""
+"""Decimals of what is compared: no more are alike in a reversed segment."""
 
 
-def sample_job(rotations: Floats, positions: Floats, weights: Floats, count: int) -> tuple[Ints, Floats]:
-    """About ``count`` poses of a job, first and last included, and what they count for.
+def sample_segment(rotations: Floats, positions: Floats, weights: Floats, count: int) -> tuple[Ints, Floats]:
+    """About ``count`` poses of a segment, first and last included, and what they count for.
 
     Args:
         rotations: (m, 3, 3). positions: (m, 3) m. weights: (m,) of the poses.

@@ -14,7 +14,7 @@ import numpy as np
 
 from duocell.models.base.arrays import Bools, Floats, Ints
 from duocell.models.cell.cell import Cell
-from duocell.models.cell.jobs import slices
+from duocell.models.cell.segments import slices
 from duocell.models.kinematics.branches import Branches, solve_branches, solve_signed
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.kinematics.closed_form import ClosedForm, closed_form
@@ -26,7 +26,7 @@ from duocell.models.robot.arm import Arm
 from duocell.models.robot.posture import ALL_SIGNS
 from duocell.optimizer.reduction.linear_sums import first_joint_limits, keep_sums, sum_excess
 from duocell.optimizer.reduction.paths import choose_yaw, lift, unwrap
-from duocell.optimizer.reduction.pose_sample import sample_job
+from duocell.optimizer.reduction.pose_sample import sample_segment
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -42,7 +42,7 @@ class ReducedProblem:
         postures: (8,) True for branches the request admits.
         penalty: cost per pose of a metre or radian of violation, in units of the mean weight, in scores: what is nearly
             allowed may be repaired by the local solver, so it competes with what is allowed.
-        starts: index of the first pose of each job of a family.
+        starts: index of the first pose of each segment of a task sequence.
         weights: (m,) what the poses count for in the objective; None for 1.
         gap_steps: (m - 1,) rad, of a sample: joint step to the next pose that the steps left out between them allow;
             infinite where that says nothing, None if it never does.
@@ -64,8 +64,8 @@ class ReducedProblem:
     apart: Difference = SAME
 
     @property
-    def jobs(self) -> tuple[slice, ...]:
-        """The poses of each job."""
+    def segments(self) -> tuple[slice, ...]:
+        """The poses of each segment."""
         return slices(self.starts, len(self.positions))
 
     @property
@@ -77,21 +77,28 @@ class ReducedProblem:
     def sampled(self, count: int) -> ReducedProblem:
         """The same problem on about ``count`` poses, first and last included; itself if it has no more than that.
 
-        They stand for all poses and have their weight, see `duocell.optimizer.reduction.pose_sample`. Of a family,
-        every job gives a share of its poses.
+        They stand for all poses and have their weight, see `duocell.optimizer.reduction.pose_sample`. Of a task
+        sequence, every segment gives a share of its poses.
         """
         m = len(self.positions)
         if m <= count:
             return self
         weights = np.ones(m) if self.weights is None else self.weights
         parts = [
-            sample_job(self.rotations[job], self.positions[job], weights[job], -(-count * (job.stop - job.start) // m))
-            for job in self.jobs
+            sample_segment(
+                self.rotations[segment],
+                self.positions[segment],
+                weights[segment],
+                -(-count * (segment.stop - segment.start) // m),
+            )
+            for segment in self.segments
         ]
         counts = [len(chosen) for chosen, _ in parts]
         if sum(counts) == m:
             return self
-        keep = np.concatenate([job.start + chosen for job, (chosen, _) in zip(self.jobs, parts, strict=True)])
+        keep = np.concatenate(
+            [segment.start + chosen for segment, (chosen, _) in zip(self.segments, parts, strict=True)]
+        )
         return replace(
             self,
             rotations=self.rotations[keep],
@@ -105,17 +112,17 @@ class ReducedProblem:
     def _gap_steps(self, keep: Ints) -> Floats | None:
         """(k - 1,) rad, what the joint steps between kept poses (k,) are limited to; a step is at most half a turn."""
         allowed = np.diff(keep) * self.max_step
-        same_job = np.diff(np.searchsorted(self.starts, keep, side="right")) == 0
-        allowed = np.where(same_job & (allowed < np.pi), allowed, np.inf)
+        same_segment = np.diff(np.searchsorted(self.starts, keep, side="right")) == 0
+        allowed = np.where(same_segment & (allowed < np.pi), allowed, np.inf)
         return allowed if np.any(np.isfinite(allowed)) else None
 
     def only(self, keep: Ints) -> ReducedProblem:
         """The problem of some of the poses (their indices); steps between them are not limited.
 
-        They stand for all poses of their jobs, so that the jobs keep their shares of the objective.
+        They stand for all poses of their segments, so that the segments keep their shares of the objective.
         """
-        job_of = np.searchsorted(self.starts, keep, side="right") - 1
-        firsts = np.flatnonzero(np.diff(job_of, prepend=-1))
+        segment_of = np.searchsorted(self.starts, keep, side="right") - 1
+        firsts = np.flatnonzero(np.diff(segment_of, prepend=-1))
         problem = replace(
             self,
             rotations=self.rotations[keep],
@@ -127,7 +134,7 @@ class ReducedProblem:
         if self.weights is None and len(firsts) == 1:
             return problem
         weights = np.ones(len(self.positions)) if self.weights is None else self.weights
-        totals = np.add.reduceat(weights, self.starts)[job_of[firsts]]
+        totals = np.add.reduceat(weights, self.starts)[segment_of[firsts]]
         counts = np.diff(np.append(firsts, len(keep)))
         return replace(problem, weights=np.repeat(totals / counts, counts))
 
@@ -250,7 +257,7 @@ def conditioning_shortfall(problem: ReducedProblem, joints: Floats) -> Floats:
 
 def _paths(problem: ReducedProblem, branches: Branches) -> Paths:
     arm = problem.arm
-    jobs = problem.weights, problem.starts
+    segments = problem.weights, problem.starts
     if len(branches.missing) == len(ALL_SIGNS):  # the two signs of the wrist are as near to the singularity
         singular = np.repeat(wrist_shortfall(arm, branches.joints[:, ::2]), 2, axis=0)
     else:
@@ -258,10 +265,10 @@ def _paths(problem: ReducedProblem, branches: Branches) -> Paths:
     joints, step = unwrap(branches.joints, problem.starts)
     beyond = np.zeros(step.shape[1:])
     for i in range(1, 6):
-        beyond += lift(joints[i], arm.lower[i], arm.upper[i], arm.reference[i], *jobs)
+        beyond += lift(joints[i], arm.lower[i], arm.upper[i], arm.reference[i], *segments)
     keep_sums(arm, joints, problem.starts, free_yaw=True)
     first = first_joint_limits(arm, joints)
-    yaw, out = choose_yaw(joints[0], *first, arm.reference[0], arm.base, problem.sigma, *jobs)
+    yaw, out = choose_yaw(joints[0], *first, arm.reference[0], arm.base, problem.sigma, *segments)
     beyond += sum_excess(arm, joints)
     error = joints - arm.reference[:, None, None, None]
     weighted = error if problem.weights is None else error * problem.weights

@@ -44,7 +44,7 @@ class Reason:
 
     Attributes:
         arm: name of the arm.
-        kind: out_of_reach | joint_limit | joint_step | posture | jobs | conditioning | singularity |
+        kind: out_of_reach | joint_limit | joint_step | posture | segments | conditioning | singularity |
             limit_reached | not_found | floor | coupling | collision.
         poses: indices of the poses concerned (0-based).
         joint: name of the joint concerned, or None.
@@ -63,8 +63,8 @@ class Reason:
 
 
 @dataclass(frozen=True, slots=True)
-class JobShare:
-    """One job of the task.
+class SegmentShare:
+    """One segment of the task.
 
     Attributes:
         name: label given by the user. first_pose: index. poses: how many.
@@ -105,7 +105,7 @@ class Verification:
     """Numbers by Pinocchio, which did not produce the answer.
 
     Attributes:
-        max_position_error: m. max_orientation_error: rad. max_joint_step: rad between consecutive poses of a job.
+        max_position_error: m. max_orientation_error: rad. max_joint_step: rad between consecutive poses of a segment.
         limits_respected: every joint inside its limits to 1e-6 and every base inside its region.
     """
 
@@ -244,7 +244,7 @@ class Layout:
         alternatives: other layouts, best first, if asked for.
         tolerance: what installation errors leave, if asked for.
         explanation: what blocks an infeasible cell, if asked for.
-        jobs: of the task, in order; one for a plain task.
+        segments: of the task, in order; one for a plain task.
     """
 
     outcome: Outcome
@@ -259,7 +259,7 @@ class Layout:
     alternatives: tuple[Alternative, ...] = ()
     tolerance: Tolerance | None = None
     explanation: Explanation | None = None
-    jobs: tuple[JobShare, ...] = ()
+    segments: tuple[SegmentShare, ...] = ()
 
     @property
     def proved(self) -> bool:

@@ -4,8 +4,8 @@ Every seed is a base, drawn from the search box, and a posture, drawn from the l
 posture to the middle pose of the task, and on from pose to pose to both ends; a redundant arm's spare freedom is
 drawn towards the reference on the way. All seeds move together, so a hundred paths cost little more than one.
 
-From one job of a family to the next there is no way to follow: Newton's method starts anew at the middle of the job,
-from the posture it had in the job before, or else from the reference or another draw.
+From one segment of a task sequence to the next there is no way to follow: Newton's method starts anew at the middle of
+the segment, from the posture it had in the segment before, or else from the reference or another draw.
 """
 
 from __future__ import annotations
@@ -52,23 +52,23 @@ def continue_paths(
         places = np.repeat(places, count, axis=0)
     chain = chain_of(arm.robot)
     flange_in_world = cell.flange_targets(arm)
-    jobs = cell.task.jobs
-    middles = [(job.start + job.stop) // 2 for job in jobs]
+    segments = cell.task.segments
+    middles = [(segment.start + segment.stop) // 2 for segment in segments]
     draws = _postures(arm, count, seed)
     start, places = _settle(chain, arm, flange_in_world[middles[0]], draws, places, region)
     bases = arm.base_in_world(places[:, :3], places[:, 3])
     targets = np.einsum("kab,jbc->jkac", inverse(bases), flange_in_world)  # (m, K, 4, 4)
     path = np.empty((len(targets), count, arm.dof))
     alive: Bools = np.ones(count, dtype=np.bool_)
-    for job, middle in zip(jobs, middles, strict=True):
-        if job.start == 0:
+    for segment, middle in zip(segments, middles, strict=True):
+        if segment.start == 0:
             start, reached = _reach(chain, arm, targets[middle], start, NEXT_ITERATIONS)
         else:
             tries = [start, np.broadcast_to(arm.reference, start.shape), draws]
             start, reached = _reach_anew(chain, arm, targets[middle], tries)
         alive &= reached
         path[middle] = start
-        for order in (range(middle + 1, job.stop), range(middle - 1, job.start - 1, -1)):
+        for order in (range(middle + 1, segment.stop), range(middle - 1, segment.start - 1, -1)):
             q = start
             for j in order:
                 check_stop()

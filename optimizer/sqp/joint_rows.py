@@ -54,7 +54,7 @@ def _add_limits(rows: RowCollector, scene: Scene, index: int, arm: Arm) -> None:
 
 
 def _add_steps(rows: RowCollector, scene: Scene, index: int, point: ArmPoint) -> None:
-    """Steps between consecutive poses of a job that are near the largest allowed one."""
+    """Steps between consecutive poses of a segment that are near the largest allowed one."""
     poses, most = rows.samples.poses, scene.cell.max_joint_step
     change = np.diff(point.joints, axis=0)
     j, i = np.nonzero((most - np.abs(change) < NEAR) & scene.cell.task.joined[:, None])

@@ -56,7 +56,7 @@ def look(scene: Scene, unknowns: Unknowns, points: Sequence[ArmPoint], cushions:
     add_floor(rows, scene, points)
     add_ties(rows, scene, points)
     if scene.model is not None:
-        places = scene.model.configure(bases, samples.joints, samples.objects, samples.jobs)
+        places = scene.model.configure(bases, samples.joints, samples.objects, samples.segments)
         add_contacts(rows, scene, places, bases, cushions)
     at_poses = tuple(Directions(ways.by_base[samples.poses], ways.by_spare[samples.poses]) for ways in along)
     return Look(tuple(points), scene.objective(points), rows.rows(), at_poses, samples.followed)

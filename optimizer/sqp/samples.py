@@ -26,7 +26,8 @@ class Samples:
 
     Attributes:
         step: (K,) index of the pose before. fraction: (K,) of the way to the next, 1 only at the last pose.
-        joints: per arm (K, n) rad. objects: (K, 4, 4) object frames in the world. jobs: (K,) numbers of their jobs.
+        joints: per arm (K, n) rad. objects: (K, 4, 4) object frames in the world. segments: (K,) numbers of their
+            segments.
         followed: False if an arm cannot follow the object somewhere between two poses; such places are left out.
     """
 
@@ -34,7 +35,7 @@ class Samples:
     fraction: Floats
     joints: tuple[Floats, ...]
     objects: Floats
-    jobs: Ints
+    segments: Ints
     followed: bool
 
     @property
@@ -57,7 +58,7 @@ def sample_path(
         between: further places, (pose, fraction of the way to the next).
     """
     m = len(cell.task)
-    cuts = np.where(cell.task.joined, _cuts(path, points), 1)  # from one job to the next there is no way
+    cuts = np.where(cell.task.joined, _cuts(path, points), 1)  # from one segment to the next there is no way
     step = np.concatenate([np.repeat(np.arange(m - 1), cuts), [m - 2]])
     fraction = np.concatenate([np.concatenate([np.arange(c) / c for c in cuts]), [1.0]])
     for before, part in between:
@@ -82,9 +83,9 @@ def sample_path(
             q[inner], missing = brought_onto(arm, point.signs, base, flanges, near, near)
             good[inner] &= missing < REACHED
         joints.append(q)
-    jobs = cell.task.job_of[pose]
+    segments = cell.task.segment_of[pose]
     return Samples(
-        step[good], fraction[good], tuple(q[good] for q in joints), objects[good], jobs[good], bool(np.all(good))
+        step[good], fraction[good], tuple(q[good] for q in joints), objects[good], segments[good], bool(np.all(good))
     )
 
 

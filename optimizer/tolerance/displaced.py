@@ -114,7 +114,7 @@ class Displaced:
             return None, np.zeros((count, places, 0))
         bases = np.stack([path.bases for path in self.paths], axis=1)
         joints = [path.joints for path in self.paths]
-        here = model.configure_layouts(bases, joints, nominal.objects, nominal.jobs)
+        here = model.configure_layouts(bases, joints, nominal.objects, nominal.segments)
         here = replace(here, counted=model.counted(nominal.bases))
         gaps = model.bounds(here, self._in_question(here))
         return here, gaps.reshape(count, places, -1)
@@ -128,7 +128,7 @@ class Displaced:
         if model is None or len(self) == 0:
             return np.zeros(nominal.gaps.shape[1], dtype=np.bool_)
         b = model.bodies
-        before = model.configure(nominal.bases, nominal.joints, nominal.objects, nominal.jobs)
+        before = model.configure(nominal.bases, nominal.joints, nominal.objects, nominal.segments)
         shape = (len(self), len(nominal.step), *before.ends.shape[1:])
         shift = np.linalg.norm(here.ends.reshape(shape) - before.ends, axis=-1).max(axis=(0, 1, 3))
         turn = sum(

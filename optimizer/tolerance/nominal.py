@@ -50,9 +50,9 @@ class Nominal:
         return self.scene.cell
 
     @property
-    def jobs(self) -> Ints:
-        """(C,) the job of the task that each place belongs to."""
-        return self.cell.task.job_of[self.step]
+    def segments(self) -> Ints:
+        """(C,) the segment of the task that each place belongs to."""
+        return self.cell.task.segment_of[self.step]
 
     @property
     def poses(self) -> int:
@@ -88,7 +88,7 @@ class Nominal:
         joints = [q[good] for q in joints]
         gaps = np.zeros((int(np.sum(good)), 0))
         if scene.model is not None:
-            here = scene.model.configure(bases, joints, objects[good], cell.task.job_of[step[good]])
+            here = scene.model.configure(bases, joints, objects[good], cell.task.segment_of[step[good]])
             gaps = scene.model.bounds(here, scene.movable)
         return Nominal(
             scene,

@@ -105,7 +105,7 @@ def _contacts(nominal: Nominal, size: Floats) -> _Rows:
     nearest = np.argsort(spare[places, np.arange(spare.shape[1])], kind="stable")[:PAIRS]
     nearest = nearest[np.isfinite(spare[places[nearest], nearest])]
     at = places[nearest]
-    here = model.configure(nominal.bases, nominal.joints, nominal.objects, nominal.jobs)
+    here = model.configure(nominal.bases, nominal.joints, nominal.objects, nominal.segments)
     contacts = [model.contact(here, int(k), int(pair)) for k, pair in zip(at, nearest, strict=True)]
     slopes = contact_gradients(model, here, at, contacts, nominal.bases)
     rows = slopes.bases.copy()

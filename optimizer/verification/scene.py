@@ -108,7 +108,7 @@ class Scene:
             return lacks
         bases = np.stack([self.bases(points) for points in layouts])
         joints = [np.stack([points[a].joints for points in layouts]) for a in range(len(self.cell.arms))]
-        places = model.configure_layouts(bases, joints, self.cell.task.poses, self.cell.task.job_of)
+        places = model.configure_layouts(bases, joints, self.cell.task.poses, self.cell.task.segment_of)
         spare = (model.bounds(places, self.movable, self.required) - self.required).reshape(len(layouts), m, -1)
         short = np.flatnonzero(np.min(spare, axis=(1, 2), initial=np.inf) < -KEPT)
         if len(short):

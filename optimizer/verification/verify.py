@@ -35,7 +35,7 @@ class ArmCheck:
     """Independent figures of one arm at a point; see `duocell.optimizer.results.layout.Verification`.
 
     Attributes:
-        position_error: m. orientation_error: rad. joint_step: rad, within a job.
+        position_error: m. orientation_error: rad. joint_step: rad, within a segment.
         limits: largest excess over joint limits, linear ones among them, and base region, rad or m, <= 0 if none.
         posture: largest distance on the wrong side of a singular set, <= 0 if none.
         conditioning: by how much σmin/σmax falls short of what the request asks for, <= 0 if it does not.

@@ -1,8 +1,8 @@
 """The floor plan of a layout: a drawing of the cell from above, in metres, as SVG, PDF or PNG.
 
 Drawn are the path of the part with the grasps, every base with its yaw, the arms at the first, the middle and the last
-pose of every job, the region each base could be chosen from, the circle its flange cannot leave, and what else stands
-there. The colours stay apart for the colour-blind; names stand beside every base, so that the drawing survives a
+pose of every segment, the region each base could be chosen from, the circle its flange cannot leave, and what else
+stands there. The colours stay apart for the colour-blind; names stand beside every base, so that the drawing survives a
 black-and-white printer too.
 """
 
@@ -122,8 +122,14 @@ def arm_points(robot: Robot, joints: Floats, tool: Floats) -> Floats:
 
 
 def _shown_poses(task: Task) -> list[int]:
-    """First, middle and last of every job."""
-    return sorted({pose for job in task.jobs for pose in (job.start, (job.start + job.stop) // 2, job.stop - 1)})
+    """First, middle and last of every segment."""
+    return sorted(
+        {
+            pose
+            for segment in task.segments
+            for pose in (segment.start, (segment.start + segment.stop) // 2, segment.stop - 1)
+        }
+    )
 
 
 def _draw_regions(axes: Axes, cell: Cell) -> None:
@@ -145,7 +151,7 @@ def _draw_arm(axes: Axes, cell: Cell, arm: Arm, placed: Mapping[str, Any], colou
     base_in_world = arm.base_in_world(position, yaw)
     joints = np.array(placed["joints"])
     shown = _shown_poses(cell.task)
-    middles = [(job.start + job.stop) // 2 for job in cell.task.jobs]
+    middles = [(segment.start + segment.stop) // 2 for segment in cell.task.segments]
     points_in_base = arm_points(arm.robot, joints[shown], arm.tool)
     points = points_in_base @ base_in_world[:3, :3].T + position
     for index, line in zip(shown, points, strict=True):
@@ -204,7 +210,7 @@ def _draw_reach(axes: Axes, cell: Cell, arm: Arm, base_in_world: Floats, colour:
 
 
 def _draw_part(axes: Axes, cell: Cell) -> None:
-    """The way of the object's origin in every job, and what the grasps span at some poses."""
+    """The way of the object's origin in every segment, and what the grasps span at some poses."""
     poses = cell.task.poses
     grasps = np.stack([poses @ cell.grasps(arm) for arm in cell.arms])[:, :, :2, 3]  # (arms, m, 2)
     for index in _shown_poses(cell.task):
@@ -212,21 +218,21 @@ def _draw_part(axes: Axes, cell: Cell) -> None:
         axes.plot(*held.T, color=PART, lw=5.0, alpha=0.25, solid_capstyle="round", zorder=3)
         if cell.surroundings.part is not None:
             draw_bodies(axes, cell.surroundings.part.bodies, poses[index], PART, alpha=0.2, zorder=3)
-    for job in cell.task.jobs:
-        x, y = poses[job, 0, 3], poses[job, 1, 3]
-        label = "part: poses of its origin" if job.start == 0 else None
+    for segment in cell.task.segments:
+        x, y = poses[segment, 0, 3], poses[segment, 1, 3]
+        label = "part: poses of its origin" if segment.start == 0 else None
         axes.plot(x, y, color=PART, lw=1.0, marker="o", ms=2.6, zorder=8, label=label)
         for index, neighbour in ((0, 1), (-1, -2)):
-            _number_pose(axes, job, np.stack([x, y], axis=-1), index, neighbour)
+            _number_pose(axes, segment, np.stack([x, y], axis=-1), index, neighbour)
 
 
-def _number_pose(axes: Axes, job: slice, places: Floats, index: int, neighbour: int) -> None:
-    """The number of an end of a job (m, 2), written beyond it."""
+def _number_pose(axes: Axes, segment: slice, places: Floats, index: int, neighbour: int) -> None:
+    """The number of an end of a segment (m, 2), written beyond it."""
     outward = places[index] - places[neighbour]
     length = float(np.linalg.norm(outward))
     offset = 9.0 * outward / length if length > 0.0 else np.array([9.0, 9.0]) * (1.0 if index else -1.0)
     axes.annotate(
-        str(job.start + index % len(places)),  # counted from 0 through all jobs, as reasons and joints are
+        str(segment.start + index % len(places)),  # counted from 0 through all segments, as reasons and joints are
         (places[index, 0], places[index, 1]),
         xytext=(offset[0], offset[1]),
         textcoords="offset points",

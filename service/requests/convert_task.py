@@ -1,4 +1,4 @@
-"""The task of a request: one way of the part, or a family of jobs with grasps of their own."""
+"""The task of a request: one way of the part, or a task sequence with grasps of their own."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from duocell.models.cell.family import Job, family
 from duocell.models.cell.task import Task as ModelTask
 from duocell.models.cell.task import arc_about_normal, arc_through_center, line, task_from_poses
+from duocell.models.cell.task_sequence import TaskSegment, task_sequence
 from duocell.models.robot.arm import Arm
 from duocell.service.common.issues import Issues, pointer_of, shortened
 from duocell.service.requests.convert_pose import pose_of, poses_of
@@ -25,28 +25,30 @@ def task_of(request: LayoutRequest, issues: Issues) -> ModelTask | None:
         return None
     if request.task is not None:
         return _path(request.task, "/task", issues)
-    jobs = []
-    names = [job.name for job in request.tasks or []]
+    segments = []
+    names = [segment.name for segment in request.tasks or []]
     taken: set[str] = set()
-    for index, job in enumerate(request.tasks or []):
-        if job.name in taken:
+    for index, segment in enumerate(request.tasks or []):
+        if segment.name in taken:
             issues.add(
-                f"/tasks/{index}/name", f"Another job is called {job.name!r} too; names must be unique. Rename one."
+                f"/tasks/{index}/name", f"Another job is called {segment.name!r} too; names must be unique. Rename one."
             )
-        taken.add(job.name)
-        path = _path(job.task, f"/tasks/{index}/task", issues)
+        taken.add(segment.name)
+        path = _path(segment.task, f"/tasks/{index}/task", issues)
         if path is not None:
-            jobs.append(Job(job.name, path, job.weight))
-    return family(jobs) if len(jobs) == len(names) else None
+            segments.append(TaskSegment(segment.name, path, segment.weight))
+    return task_sequence(segments) if len(segments) == len(names) else None
 
 
 def with_grasps(request: LayoutRequest, arms: Sequence[Arm | None], issues: Issues) -> list[Arm]:
-    """The arms with the grasps that the jobs of a family give them; those that could not be made are left out."""
-    jobs = request.tasks or []
+    """The arms with the grasps that the segments of a task sequence give them; those that could not be made are left
+    out.
+    """
+    segments = request.tasks or []
     names = [arm.name for arm in request.arms]
     given = {}
-    for index, job in enumerate(jobs):
-        for name, pose in job.grasps.items():
+    for index, segment in enumerate(segments):
+        for name, pose in segment.grasps.items():
             pointer = pointer_of(["tasks", index, "grasps", name])
             if name not in names:
                 issues.add(pointer, f"No arm is called {shortened(name)}; the arms are {', '.join(map(repr, names))}.")
@@ -54,7 +56,7 @@ def with_grasps(request: LayoutRequest, arms: Sequence[Arm | None], issues: Issu
     made = []
     for arm in arms:
         if arm is not None:
-            own = [given.get((index, arm.name)) for index in range(len(jobs))]
+            own = [given.get((index, arm.name)) for index in range(len(segments))]
             grasps = np.array([arm.grasp if pose is None else pose for pose in own])
             made.append(arm if all(pose is None for pose in own) else replace(arm, grasps=grasps))
     return made

@@ -15,10 +15,10 @@ from duocell.optimizer.results.layout import (
     Baseline,
     BaselineArm,
     Certificate,
-    JobShare,
     Layout,
     PenaltyCycle,
     Reason,
+    SegmentShare,
     Verification,
 )
 from duocell.optimizer.results.placement import Placement
@@ -33,7 +33,7 @@ def result_document(layout: Layout, request_hash: str, warnings: Sequence[Issue]
     return {
         "outcome": layout.outcome.value,
         "objective": finite(layout.objective),
-        "jobs": [_job(job) for job in layout.jobs],
+        "jobs": [_segment(segment) for segment in layout.segments],
         "arms": [_placement(placement) for placement in layout.placements],
         "reasons": [_reason(reason) for reason in layout.reasons],
         "warnings": [{"pointer": warning.pointer, "detail": warning.detail} for warning in warnings],
@@ -126,13 +126,13 @@ def _alternative(alternative: Alternative) -> dict[str, Any]:
     }
 
 
-def _job(job: JobShare) -> dict[str, Any]:
+def _segment(segment: SegmentShare) -> dict[str, Any]:
     return {
-        "name": job.name,
-        "first_pose": job.first_pose,
-        "poses": job.poses,
-        "weight": job.weight,
-        "objective": finite(job.objective),
+        "name": segment.name,
+        "first_pose": segment.first_pose,
+        "poses": segment.poses,
+        "weight": segment.weight,
+        "objective": finite(segment.objective),
     }
 
 

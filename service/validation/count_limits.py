@@ -42,11 +42,17 @@ def check_amounts(document: Any, limits: Limits) -> None:
 
 def _amounts(document: Any) -> Iterator[Amount]:
     """Everything that is counted."""
-    jobs = _list(_member(document, "tasks"))
+    segments = _list(_member(document, "tasks"))
     yield from _poses(("task",), _member(document, "task"))
-    for index, job in enumerate(jobs):
-        yield Amount(("tasks", index, "grasps"), _size(_member(job, "grasps")), "grasps", "max_arms", "One per arm.")
-    ways = [way for index, job in enumerate(jobs) for way in _poses(("tasks", index, "task"), _member(job, "task"))]
+    for index, segment in enumerate(segments):
+        yield Amount(
+            ("tasks", index, "grasps"), _size(_member(segment, "grasps")), "grasps", "max_arms", "One per arm."
+        )
+    ways = [
+        way
+        for index, segment in enumerate(segments)
+        for way in _poses(("tasks", index, "task"), _member(segment, "task"))
+    ]
     yield from ways
     advice = "Send fewer: every second pose usually gives the same layout."
     yield Amount(("tasks",), sum(way.number for way in ways), "poses of all jobs", "max_poses", advice)

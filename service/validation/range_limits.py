@@ -107,16 +107,16 @@ def _ways(request: LayoutRequest) -> Iterator[tuple[str, Task]]:
     """Every task, with its place."""
     if request.task is not None:
         yield "/task", request.task
-    for index, job in enumerate(request.tasks or []):
-        yield f"/tasks/{index}/task", job.task
+    for index, segment in enumerate(request.tasks or []):
+        yield f"/tasks/{index}/task", segment.task
 
 
 def lengths_of(request: LayoutRequest) -> Iterator[tuple[str, list[float]]]:
     """Every length of a request, with its place."""
     for pointer, task in _ways(request):
         yield from _lengths_of_task(pointer, task)
-    for index, job in enumerate(request.tasks or []):
-        for name, pose in job.grasps.items():
+    for index, segment in enumerate(request.tasks or []):
+        for name, pose in segment.grasps.items():
             yield pointer_of(["tasks", index, "grasps", name, "position"]), pose.position
     for index, arm in enumerate(request.arms):
         at = f"/arms/{index}"

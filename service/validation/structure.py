@@ -29,7 +29,7 @@ def most_allowed(limits: Limits) -> Structure:
     """More than any request within the limits has.
 
     A pose has at most 14 values in 2 objects and 5 lists; each arm may have a row of joint values for it, and its share
-    in a grasp of a job of two poses.
+    in a grasp of a segment of two poses.
     """
     arms, poses = limits.max_arms, limits.max_poses
     solids = limits.max_obstacles + (arms + 1) * limits.max_shapes

@@ -153,13 +153,15 @@ class BoxBounder:
 
     def _first_order(self, enclosed: Enclosed, found: BoxBounds, rows: Ints) -> FirstOrder:
         """Cost of each joint by the size of its interval; inf, and noted, where that allows no path."""
-        rules, jobs = self.rules, self.rules.jobs
-        costs = np.zeros((6, len(rows), len(jobs)))
+        rules, segments = self.rules, self.rules.segments
+        costs = np.zeros((6, len(rows), len(segments)))
         each = np.zeros((6, *enclosed.values.centre.shape[1:]))
         costs[0, :, 0] = self._first_joint(enclosed.values[0], found, rows)
         for i in range(1, 6):
             joint = rules.lower[i], rules.upper[i], rules.reference[i], rules.max_step
-            parts = [cheapest_lifts(enclosed.values[i, :, job], *joint, rules.share(job)) for job in jobs]
+            parts = [
+                cheapest_lifts(enclosed.values[i, :, segment], *joint, rules.share(segment)) for segment in segments
+            ]
             cost = np.stack([part.cost for part in parts], axis=-1)
             terms = np.concatenate([part.each for part in parts], axis=-1)
             outside, lost = np.isinf(terms), np.isinf(cost)
@@ -195,7 +197,7 @@ class BoxBounder:
         gone = np.isinf(shifted.cost)
         cost = np.where(gone, np.inf, rules.weights[0] * np.where(gone, 0.0, shifted.cost))
         known = np.all(linked | ~rules.joined, axis=1) & ~gone
-        if len(rules.jobs) > 1 and np.any(known):
+        if len(rules.segments) > 1 and np.any(known):
             cost[known] = np.maximum(cost[known], common_cost(path[known], rules))
             gone = np.isinf(cost)
         lost = np.any(apart, axis=1) | gone
@@ -203,7 +205,7 @@ class BoxBounder:
         return np.where(lost, np.inf, cost)
 
     def _twist(self, enclosed: Enclosed, found: BoxBounds, rows: Ints, costs: Floats, each: Floats) -> Floats:
-        """(N, B) what joints 4 and 6 cost more together than one by one, in each job."""
+        """(N, B) what joints 4 and 6 cost more together than one by one, in each segment."""
         rules = self.rules
         twist = np.zeros(costs.shape[1:])
         stuck = ~np.all(enclosed.regular[3], axis=-1) & np.all(np.isfinite(costs), axis=(0, 2))
@@ -215,8 +217,8 @@ class BoxBounder:
             if rules.counts is not None:
                 cost = np.where(outside, np.inf, np.where(outside, 0.0, cost) * rules.counts)
             together = np.maximum(cost, each[3, stuck] + each[5, stuck])
-            for b, job in enumerate(rules.jobs):
-                more = np.sum(together[:, job], axis=1) - costs[3, stuck, b] - costs[5, stuck, b]
+            for b, segment in enumerate(rules.segments):
+                more = np.sum(together[:, segment], axis=1) - costs[3, stuck, b] - costs[5, stuck, b]
                 twist[stuck, b] = np.maximum(more, 0.0)
         return twist
 

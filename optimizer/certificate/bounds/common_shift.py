@@ -1,11 +1,12 @@
-r"""Joint 1 in a family: one yaw for all jobs, a turn of 2π for each of them.
+r"""Joint 1 in a task sequence: one yaw for all segments, a turn of 2π for each of them.
 
-Where the values of every job are known to lie on one turn, joint 1 of job b is shifted by ``s_b = y + 2π k_b`` with the
-same y for all. By the triangle inequality over all poses together (as in `duocell.optimizer.certificate.bounds.yaw`)
+Where the values of every segment are known to lie on one turn, joint 1 of segment b is shifted by ``s_b = y + 2π k_b``
+with the same y for all. By the triangle inequality over all poses together (as in
+`duocell.optimizer.certificate.bounds.yaw`)
 
     Σ_bj (c_bj + t_bj + s_b - q*)² >= (max(0, √(V + Q(y, k)) - ‖r‖))²,     Q = Σ_b W_b (s_b - s*_b)²,
 
-V being the spread of each job about its own mean and s*_b = q* less that mean.
+V being the spread of each segment about its own mean and s*_b = q* less that mean.
 `duocell.optimizer.reduction.common_yaw` gives the least Q over all y and k, and over all those with other turns than
 given ones: a bound that linearises joint 1 on the best turns holds for these alone and has to be compared with what
 the others cost at least.
@@ -21,7 +22,7 @@ from duocell.models.base.arrays import Floats
 from duocell.models.robot.arm import TURN
 from duocell.optimizer.certificate.bounds.ball import Ball
 from duocell.optimizer.certificate.bounds.rules import Rules
-from duocell.optimizer.reduction.common_yaw import JobShifts
+from duocell.optimizer.reduction.common_yaw import SegmentShifts
 from duocell.optimizer.reduction.paths import mean
 
 
@@ -43,10 +44,10 @@ class CommonShift:
 
 
 def common_cost(values: Ball, rules: Rules) -> Floats:
-    """(N,) weighted cost of joint 1 at least; inf where no yaw suits every job.
+    """(N,) weighted cost of joint 1 at least; inf where no yaw suits every segment.
 
     Args:
-        values: (N, m) rad, joint 1 at yaw 0, every job on one turn.
+        values: (N, m) rad, joint 1 at yaw 0, every segment on one turn.
         rules: of the arm.
     """
     return _least(values, rules, _shifts(values, rules, np.asarray(rules.shifts.start)).best().cost)
@@ -54,19 +55,19 @@ def common_cost(values: Ball, rules: Rules) -> Floats:
 
 def common_shift(values: Ball, rules: Rules) -> CommonShift:
     """The best turns and what others cost; arguments as for `common_cost`."""
-    best = (jobs := _shifts(values, rules, np.asarray(rules.shifts.start))).best()
+    best = (segments := _shifts(values, rules, np.asarray(rules.shifts.start))).best()
     if rules.shifts.free:  # any turn of y will do: one about the best
-        jobs = _shifts(values, rules, best.yaw_shift - np.pi)
-        best = jobs.best()
+        segments = _shifts(values, rules, best.yaw_shift - np.pi)
+        best = segments.best()
     others = np.full(best.cost.shape, np.inf)
-    for b in range(len(rules.jobs)):
+    for b in range(len(rules.segments)):
         for side in (-1.0, 1.0):
             least, most = np.full(best.turns.shape, -np.inf), np.full(best.turns.shape, np.inf)
             (least if side > 0.0 else most)[b] = best.turns[b] + side
-            others = np.minimum(others, jobs.best(least, most).cost)
-    start = np.broadcast_to(jobs.start, best.cost.shape)
-    low = np.maximum(start, np.max(jobs.low - TURN * best.turns, axis=0))
-    high = np.minimum(start + jobs.width, np.min(jobs.high - TURN * best.turns, axis=0))
+            others = np.minimum(others, segments.best(least, most).cost)
+    start = np.broadcast_to(segments.start, best.cost.shape)
+    low = np.maximum(start, np.max(segments.low - TURN * best.turns, axis=0))
+    high = np.minimum(start + segments.width, np.min(segments.high - TURN * best.turns, axis=0))
     fine = np.isfinite(best.cost) & (low <= high)
     y = np.where(fine, np.clip(best.yaw_shift, low, np.maximum(low, high)), 0.0)
     return CommonShift(
@@ -78,16 +79,18 @@ def common_shift(values: Ball, rules: Rules) -> CommonShift:
     )
 
 
-def _shifts(values: Ball, rules: Rules, start: Floats) -> JobShifts:
-    """What each job asks of joint 1, over all members of the values."""
-    jobs, shares = rules.jobs, [rules.share(job) for job in rules.jobs]
+def _shifts(values: Ball, rules: Rules, start: Floats) -> SegmentShifts:
+    """What each segment asks of joint 1, over all members of the values."""
+    segments, shares = rules.segments, [rules.share(segment) for segment in rules.segments]
     low, high, reference = rules.lower[0], rules.upper[0], rules.reference[0]
-    pairs = list(zip(jobs, shares, strict=True))
-    return JobShifts(
-        wanted=np.array([reference - mean(values.centre[:, job], share) for job, share in pairs]),
-        weights=np.array([job.stop - job.start if share is None else np.sum(share) for job, share in pairs]),
-        low=np.array([low - np.min(values.high[:, job], axis=1) for job in jobs]),
-        high=np.array([high - np.max(values.low[:, job], axis=1) for job in jobs]),
+    pairs = list(zip(segments, shares, strict=True))
+    return SegmentShifts(
+        wanted=np.array([reference - mean(values.centre[:, segment], share) for segment, share in pairs]),
+        weights=np.array(
+            [segment.stop - segment.start if share is None else np.sum(share) for segment, share in pairs]
+        ),
+        low=np.array([low - np.min(values.high[:, segment], axis=1) for segment in segments]),
+        high=np.array([high - np.max(values.low[:, segment], axis=1) for segment in segments]),
         start=start,
         width=TURN if rules.shifts.free else rules.shifts.width,
     )
@@ -97,9 +100,9 @@ def _least(values: Ball, rules: Rules, cost: Floats) -> Floats:
     """(N,) ``w_1 (max(0, √(V + Q) - ‖r‖))²`` for Q = ``cost`` (N,); inf where that is."""
     possible = np.isfinite(cost)
     spread = np.zeros(len(cost))
-    for job in rules.jobs:
-        share = rules.share(job)
-        off = (values.centre[:, job] - mean(values.centre[:, job], share)[:, None]) ** 2
+    for segment in rules.segments:
+        share = rules.share(segment)
+        off = (values.centre[:, segment] - mean(values.centre[:, segment], share)[:, None]) ** 2
         spread += np.sum(off if share is None else off * share, axis=1)
     radii = values.radius**2 if rules.counts is None else values.radius**2 * rules.counts
     error = np.maximum(np.sqrt(spread + np.where(possible, cost, 0.0)) - np.sqrt(np.sum(radii, axis=1)), 0.0)

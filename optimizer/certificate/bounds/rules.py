@@ -8,7 +8,7 @@ import numpy as np
 
 from duocell.models.base.arrays import Bools, Floats
 from duocell.models.base.kept import KEPT
-from duocell.models.cell.jobs import joined
+from duocell.models.cell.segments import joined
 from duocell.models.robot.arm import SINGULAR_WRIST, TURN
 from duocell.optimizer.certificate.bounds.angles.joints import SLACK
 from duocell.optimizer.certificate.bounds.yaw import Shifts
@@ -30,7 +30,7 @@ class Rules:
         reference: (6,) rad, q*. weights: (6,) w.
         max_step: rad, largest step of a joint from pose to pose.
         shifts: what yaw and turns of 2π allow joint 1.
-        jobs: the poses of each job. joined: (m - 1,) True where the next pose is one of the same job.
+        segments: the poses of each segment. joined: (m - 1,) True where the next pose is one of the same segment.
         counts: (m,) what the poses count for in the objective; None for 1.
         smallest_wrist: rad, distance that the wrist keeps from its singularity; 0 where singularities are allowed.
     """
@@ -41,14 +41,14 @@ class Rules:
     weights: Floats
     max_step: float
     shifts: Shifts
-    jobs: tuple[slice, ...]
+    segments: tuple[slice, ...]
     joined: Bools
     counts: Floats | None
     smallest_wrist: float = 0.0
 
-    def share(self, job: slice) -> Floats | None:
-        """What the poses of a job count for."""
-        return None if self.counts is None else self.counts[job]
+    def share(self, segment: slice) -> Floats | None:
+        """What the poses of a segment count for."""
+        return None if self.counts is None else self.counts[segment]
 
     @staticmethod
     def of(problem: ReducedProblem) -> Rules:
@@ -64,7 +64,7 @@ class Rules:
             weights=arm.weights,
             max_step=problem.max_step + MISSED,
             shifts=Shifts(start, yaw.width + 2.0 * MISSED, free),
-            jobs=problem.jobs,
+            segments=problem.segments,
             joined=joined(problem.starts, len(problem.positions)),
             counts=problem.weights,
             smallest_wrist=_smallest_wrist(problem),

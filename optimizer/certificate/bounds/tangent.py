@@ -4,8 +4,8 @@ Which multiple of 2π a joint is on has to be the same for the whole box and kno
 pose to pose, and no other turn may be cheaper anywhere in the box. Joints for which this cannot be shown, and poses
 near a singular posture, whose expansion says nothing, enter with the cost their intervals cannot avoid.
 
-In a family all this is asked of each job by itself, except for joint 1: the yaw is common to all jobs, so it is
-linearised on the turns that are best together, and other turns are bounded from below (`common_shift`).
+In a task sequence all this is asked of each segment by itself, except for joint 1: the yaw is common to all segments,
+so it is linearised on the turns that are best together, and other turns are bounded from below (`common_shift`).
 """
 
 from __future__ import annotations
@@ -96,7 +96,9 @@ def linearised(rules: Rules, half: Floats, found: Enclosed, expansion: Expansion
             for end, open_end in ((rules.lower, -np.inf), (rules.upper, np.inf))
         ]
     )
-    used = turns.certain & np.stack([np.all(linked[..., _inner(job)], axis=-1) for job in rules.jobs], axis=-1)
+    used = turns.certain & np.stack(
+        [np.all(linked[..., _inner(segment)], axis=-1) for segment in rules.segments], axis=-1
+    )
     fine = per_pose(used, rules) & found.regular & (expansion.rest < values.radius)
     if costs.together is not None:
         fine[1:] &= ~costs.together.near
@@ -104,7 +106,9 @@ def linearised(rules: Rules, half: Floats, found: Enclosed, expansion: Expansion
     unavoidable = _distance(values + offset, limits) ** 2 * count
     unavoidable[0] = 0.0
     left = np.where(fine, 0.0, unavoidable)
-    apart = np.where(used, np.stack([np.sum(left[..., job], axis=-1) for job in rules.jobs], axis=-1), costs.joints)
+    apart = np.where(
+        used, np.stack([np.sum(left[..., segment], axis=-1) for segment in rules.segments], axis=-1), costs.joints
+    )
     constant = np.sum(np.sum(apart, axis=-1), axis=0)
     if costs.together is None:
         constant += np.sum(np.where(used[3] | used[5], 0.0, costs.twist), axis=-1)
@@ -138,7 +142,7 @@ def linearised(rules: Rules, half: Floats, found: Enclosed, expansion: Expansion
         low=np.column_stack([-half, turns.low]),
         high=np.column_stack([half, turns.high]),
     )
-    turned = used[0, :, 0] & (turns.alone[0, :, 0] | rules.shifts.free) & (len(rules.jobs) == 1)
+    turned = used[0, :, 0] & (turns.alone[0, :, 0] | rules.shifts.free) & (len(rules.segments) == 1)
     start = np.column_stack([np.zeros((n, dims)), turns.best])
     return Linearised(linear, start, constant, turns.others, turned)
 
@@ -149,13 +153,13 @@ def _rows(array: Floats) -> Floats:
     return moved.reshape(*moved.shape[:-2], -1)
 
 
-def _inner(job: slice) -> slice:
-    """The steps within a job."""
-    return slice(job.start, job.stop - 1)
+def _inner(segment: slice) -> slice:
+    """The steps within a segment."""
+    return slice(segment.start, segment.stop - 1)
 
 
 def _largest_step(path: Floats, joined: Bools) -> Ints:
-    """(6, N, 1) the pose before each joint's largest step within a job."""
+    """(6, N, 1) the pose before each joint's largest step within a segment."""
     pose: Ints = np.argmax(np.where(joined, np.abs(np.diff(path, axis=-1)), -1.0), axis=-1, keepdims=True)
     return pose
 

@@ -2,7 +2,7 @@
 
 Each by itself they cost little or nothing there; the pitch of the hand, which they share, has to be somewhere
 (`angles.pitch`). The cost of such a pose is at least the smallest over the parts of the pitch, and at least the sum of
-what the joints cost by themselves; the larger counts, pose by pose, in the sum over the poses of a job.
+what the joints cost by themselves; the larger counts, pose by pose, in the sum over the poses of a segment.
 """
 
 from __future__ import annotations
@@ -42,10 +42,10 @@ class Together:
         return Together(self.cost[rows], self.near[rows], self.each[:, rows], self.singular[rows])
 
     def sums(self, terms: Floats, rules: Rules) -> Floats:
-        """(N, B) bound of a job's cost, given bounds (6, N, m) of what each joint costs at each pose."""
+        """(N, B) bound of a segment's cost, given bounds (6, N, m) of what each joint costs at each pose."""
         alone = np.sum(terms[list(JOINTS)], axis=0)
         cost = np.where(self.near, np.maximum(self.cost, alone), alone)
-        sums: Floats = np.stack([np.sum(cost[:, job], axis=1) for job in rules.jobs], axis=-1)
+        sums: Floats = np.stack([np.sum(cost[:, segment], axis=1) for segment in rules.segments], axis=-1)
         return sums
 
 

@@ -1,4 +1,4 @@
-"""Which multiple of 2π each joint of each job is on in a box, as far as that is known."""
+"""Which multiple of 2π each joint of each segment is on in a box, as far as that is known."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class FirstOrder:
     """What the intervals of joint values cost at least, over N boxes.
 
     Attributes:
-        joints: (6, N, B) weighted cost of each joint in each job; all of joint 1 is in the first one.
+        joints: (6, N, B) weighted cost of each joint in each segment; all of joint 1 is in the first one.
         twist: (N, B) what joints 4 and 6 (for three parallel axes also 2 and 3) cost more together than one by one.
         together: the same pose by pose for three parallel axes; None where it says nothing.
     """
@@ -50,7 +50,7 @@ class Turns:
     """The turns on which the joints of N boxes are linearised.
 
     Attributes:
-        shift: (6, N, B) rad, multiples of 2π added to each joint in each job; 0 for joint 1 of a single job.
+        shift: (6, N, B) rad, multiples of 2π added to each joint in each segment; 0 for joint 1 of a single segment.
         certain: (6, N, B) True where no other turn can be cheaper anywhere in the box, or ``others`` bounds it.
         alone: (6, N, B) True where the limits may be used as constraints on this turn.
         low: (N,) rad, smallest shift of joint 1. high: (N,) largest. best: (N,) the best at the centre of the box.
@@ -76,14 +76,14 @@ def choose_turns(rules: Rules, values: Ball, linked: Bools, exact: Floats, costs
         costs: first-order bounds.
     """
     _, n, _ = exact.shape
-    shape = (6, n, len(rules.jobs))
+    shape = (6, n, len(rules.segments))
     shift, certain, alone = np.zeros(shape), np.ones(shape, dtype=bool), np.ones(shape, dtype=bool)
     for i in range(1, 6):
         joint = rules.lower[i], rules.upper[i], rules.reference[i]
-        for b, job in enumerate(rules.jobs):
-            turn = _choose(values[i, :, job], *joint, _TURNS, rules.share(job))
+        for b, segment in enumerate(rules.segments):
+            turn = _choose(values[i, :, segment], *joint, _TURNS, rules.share(segment))
             shift[i, :, b], certain[i, :, b], alone[i, :, b] = turn.best, turn.certain, turn.alone
-    if len(rules.jobs) == 1:
+    if len(rules.segments) == 1:
         joint = rules.lower[0], rules.upper[0], rules.reference[0]
         turn = _choose(values[0], *joint, rules.shifts, rules.counts)
         certain[0, :, 0], alone[0, :, 0] = turn.certain, turn.alone
@@ -102,8 +102,8 @@ def choose_turns(rules: Rules, values: Ball, linked: Bools, exact: Floats, costs
 
 
 def per_pose(array: Any, rules: Rules) -> Any:
-    """(..., B), one entry per job, as (..., m); as it is where there is only one job."""
-    lengths = [job.stop - job.start for job in rules.jobs]
+    """(..., B), one entry per segment, as (..., m); as it is where there is only one segment."""
+    lengths = [segment.stop - segment.start for segment in rules.segments]
     return array if len(lengths) == 1 else np.repeat(array, lengths, axis=-1)
 
 

@@ -26,7 +26,7 @@ from duocell.optimizer.certificate.bounds.ball import Ball
 def unwrapped(values: Ball, max_step: float, joined: Bools | None = None) -> tuple[Ball, Bools]:
     """Values (..., m) continued along the path the short way round, and (..., m-1) where that is the only way.
 
-    Between jobs (where ``joined`` (m-1,) is False) it never is.
+    Between segments (where ``joined`` (m-1,) is False) it never is.
     """
     steps = np.diff(values.centre, axis=-1)
     steps = steps - TURN * np.round(steps / TURN)

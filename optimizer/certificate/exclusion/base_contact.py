@@ -116,7 +116,7 @@ class BaseContact:
             kept = other.points
             allowance = points.radius[kept] + other.required + level
             counted = ~mounted[:, other.pairs]
-            for _, frame in other.frames(self.held.objects, self.held.jobs):
+            for _, frame in other.frames(self.held.objects, self.held.segments):
                 nearest = inside(other.body.shape, frame, axis[:, kept]) - allowance - beside[kept]
                 near = np.flatnonzero(np.any((nearest < 0.0) & counted, axis=1) & np.any(live, axis=1))
                 if not len(near):
@@ -198,7 +198,7 @@ class BaseContact:
                 continue
             places = motion.boxes.centre[small] + solid.body.pose[2, 3] * self.arm.mount[:, 2]
             around = float(np.hypot(*solid.body.pose[:2, 3])) + radius_of(solid.body.shape)
-            for _, frame in solid.other.frames(self.held.objects, self.held.jobs):
+            for _, frame in solid.other.frames(self.held.objects, self.held.segments):
                 near = inside(solid.other.body.shape, frame, places) < around + required
                 for box in small[near & ~mounted[small, solid.pair]]:
                     yield int(box), _Near(solid, frame, required)

@@ -75,28 +75,28 @@ class Other:
 
     Attributes:
         body: in the world, or in the object frame where ``part``. part: True if the hand carries it.
-        job: number of the job in which it counts, or `EVERY`. cause: its number.
+        segment: number of the segment in which it counts, or `EVERY`. cause: its number.
         points: (k,) indices of the points kept away from it. required: (k,) m.
         pairs: (k,) numbers of the pairs in the collision model.
     """
 
     body: Body
     part: bool
-    job: int
+    segment: int
     cause: int
     points: Ints
     required: Floats
     pairs: Ints
 
-    def frames(self, objects: Floats, jobs: Ints) -> list[tuple[slice, Floats]]:
+    def frames(self, objects: Floats, segments: Ints) -> list[tuple[slice, Floats]]:
         """Where the body stands, as (poses, (4, 4)).
 
         Args:
-            objects: (m, 4, 4) object frame in the world. jobs: (m,) number of the job of every pose.
+            objects: (m, 4, 4) object frame in the world. segments: (m,) number of the segment of every pose.
         """
         if not self.part:
             return [(slice(None), self.body.pose)]
-        some = [j for j in range(len(objects)) if self.job in (EVERY, int(jobs[j]))]
+        some = [j for j in range(len(objects)) if self.segment in (EVERY, int(segments[j]))]
         return [(slice(j, j + 1), objects[j] @ self.body.pose) for j in some]
 
 
@@ -244,7 +244,7 @@ def _others(model: CollisionModel, points: Points, required: Floats, causes: Cau
         kept = np.flatnonzero(np.isin(points.body, b.first[pairs]) & (points.sure | (not part)))
         numbers = np.array([pair_of[int(points.body[k])] for k in kept], dtype=np.int64)
         cause = causes.part if part else causes.of_obstacle[int(j)]
-        found.append(Other(b.bodies[j], part, int(b.jobs[pairs[0]]), cause, kept, required[numbers], numbers))
+        found.append(Other(b.bodies[j], part, int(b.segments[pairs[0]]), cause, kept, required[numbers], numbers))
     return tuple(found)
 
 

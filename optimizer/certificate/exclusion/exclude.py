@@ -84,7 +84,7 @@ class Excluder:
         cell, arm = scene.cell, problem.arm
         causes = Causes.of(arm.robot, scene.model, index)
         bodies = ArmBodies.of(scene.model, index, scene.required, causes)
-        held = Held(cell.task.poses, cell.task.job_of)
+        held = Held(cell.task.poses, cell.task.segment_of)
         floor, footprint = cell.surroundings.floor, scene.footprints[index]
         base = BaseContact(arm, problem.sigma, bodies, held, floor, footprint)
         targets = cell.flange_targets(arm)

@@ -22,11 +22,11 @@ class Held:
     """Where the part is.
 
     Attributes:
-        objects: (m, 4, 4) object frame in the world. jobs: (m,) number of the job of every pose.
+        objects: (m, 4, 4) object frame in the world. segments: (m,) number of the segment of every pose.
     """
 
     objects: Floats
-    jobs: Ints
+    segments: Ints
 
 
 def point_slack(
@@ -45,7 +45,7 @@ def point_slack(
     slack = np.full(len(motion), np.inf)
     gaps = np.full((len(motion), places.shape[1], len(other.points)), np.inf)
     allowance = points.radius[other.points] + other.required
-    for own, frame in other.frames(held.objects, held.jobs):
+    for own, frame in other.frames(held.objects, held.segments):
         gaps[:, own] = gap(other.body.shape, frame, places[:, own, other.points]) - allowance
     if exempt is not None:
         gaps = np.where(exempt[:, None], np.inf, gaps)

@@ -11,8 +11,8 @@ with G any bound of the box that knows of no yaw that is lost. A bounded yaw lea
 on may be far worse than the best: with s* the vertex of the parabola and D₀ >= dist(s*(p), K(p)) over the box, what
 does not depend on s costs at least G - w_1 W D₀², so that E(p, s) >= G + w_1 W ((|s - s*(c)| - r)₊² - D₀²) as well.
 (From a bound that has been raised in this way already the same cost would be counted twice.) The new bound is the
-smallest over the cells of yaws that are left. It needs a path that is linked from pose to pose, one job, and a weight
-on joint 1; else yaws can only be lost.
+smallest over the cells of yaws that are left. It needs a path that is linked from pose to pose, one segment, and a
+weight on joint 1; else yaws can only be lost.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def yaw_cells(first: Ball, rules: Rules, room: Floats) -> YawCells:
     path, linked = unwrapped(first, rules.max_step, rules.joined)
     radius = np.max(path.radius, axis=1)
     weight = rules.weights[0] * (path.centre.shape[1] if rules.counts is None else float(np.sum(rules.counts)))
-    known = np.all(linked, axis=1) & (radius < WIDEST) & (len(rules.jobs) == 1) & (weight > 0.0)
+    known = np.all(linked, axis=1) & (radius < WIDEST) & (len(rules.segments) == 1) & (weight > 0.0)
     wanted = rules.reference[0] - _mean(path.centre, rules.counts)
     low, high = rules.lower[0] - np.min(path.centre, axis=1), rules.upper[0] - np.max(path.centre, axis=1)
     offsets = (2.0 * np.arange(CELLS) + 1.0) / CELLS - 1.0

@@ -52,7 +52,7 @@ def best_yaw(first: Ball, rules: Rules, sigma: int) -> BestYaw:
     counts = np.ones(path.centre.shape[1]) if rules.counts is None else rules.counts
     total = float(np.sum(counts))
     radius = np.max(path.radius, axis=1)
-    known = np.all(linked, axis=1) & (len(rules.jobs) == 1) & (total > 0.0)
+    known = np.all(linked, axis=1) & (len(rules.segments) == 1) & (total > 0.0)
     price = float(rules.weights[0]) * total
     wanted = rules.reference[0] - path.centre @ counts / (total or 1.0)
     low, high = rules.lower[0] - np.min(path.centre, axis=1), rules.upper[0] - np.max(path.centre, axis=1)

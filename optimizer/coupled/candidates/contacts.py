@@ -24,7 +24,7 @@ class SomePairs:
     Attributes:
         bodies: of these pairs; their frames are numbered as in the model. pairs: (Q,) their numbers in the model.
         frames: (F',) numbers of the frames that are needed. bounds: of the pairs.
-        required: (Q,) m, distances to keep. jobs: (Q,) as in the model.
+        required: (Q,) m, distances to keep. segments: (Q,) as in the model.
         closed: (Q,) True for capsules and balls beside boxes, whose distances have a closed form.
         inner: capsules inside of the bodies.
     """
@@ -34,7 +34,7 @@ class SomePairs:
     frames: Ints
     bounds: PairBounds
     required: Floats
-    jobs: Ints
+    segments: Ints
     closed: Bools
     inner: InnerCapsules
 
@@ -65,26 +65,26 @@ class SomePairs:
             second=np.searchsorted(used, b.second[pairs]),
             kinds=tuple(b.kinds[i] for i in pairs),
             mounts=b.mounts[pairs],
-            jobs=b.jobs[pairs],
+            segments=b.segments[pairs],
         )
         box = np.array([isinstance(body.shape, Box) for body in some.bodies], dtype=np.bool_)
         first, second = some.first, some.second
         closed = (some.rounded[first] & box[second]) | (some.rounded[second] & box[first])
         bounds, inner = PairBounds(some), InnerCapsules.of(some)
-        return SomePairs(some, pairs, frames, bounds, required[pairs], b.jobs[pairs], closed, inner)
+        return SomePairs(some, pairs, frames, bounds, required[pairs], b.segments[pairs], closed, inner)
 
-    def lacks(self, frames: Floats, jobs: Ints) -> Floats:
+    def lacks(self, frames: Floats, segments: Ints) -> Floats:
         """(K, Q) m, what pairs surely lack of their distances, 0 where that is nothing.
 
         Args:
-            frames: (K, F', 4, 4) in the world. jobs: (K,) of the configurations.
+            frames: (K, F', 4, 4) in the world. segments: (K,) of the configurations.
         """
         own = frames[:, self.bodies.frames]
         ends: Floats = self.bodies.ends @ own[..., :3, :3].swapaxes(-1, -2) + own[..., None, :3, 3]
         every: Bools = np.ones(len(self.pairs), dtype=np.bool_)
         spare = self.bounds.up_to(frames, ends, every, self.required) - self.required
-        if np.any(self.jobs != EVERY):
-            spare[(self.jobs != EVERY) & (self.jobs != jobs[:, None])] = np.inf
+        if np.any(self.segments != EVERY):
+            spare[(self.segments != EVERY) & (self.segments != segments[:, None])] = np.inf
         lacks: Floats = np.maximum(-spare, 0.0)
         k, pairs = np.nonzero((lacks > 0.0) & ~self.bounds.exact)
         lacks[k, pairs] = self._upper(frames, ends, k, pairs)

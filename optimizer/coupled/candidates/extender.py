@@ -229,7 +229,7 @@ class Extender:
             joints = [own.joints[left][:, poses] for own in both]
             frames = arm_frames(self._scene, [other, last], pairs, bases[left], joints, task.poses[poses])
             lacks = pairs.lacks(
-                frames.reshape(len(left) * len(poses), -1, 4, 4), np.tile(task.job_of[poses], len(left))
+                frames.reshape(len(left) * len(poses), -1, 4, 4), np.tile(task.segment_of[poses], len(left))
             )
             worst[left] = np.maximum(worst[left], lacks.reshape(len(left), -1).max(axis=1, initial=0.0))
         return worst

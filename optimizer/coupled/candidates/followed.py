@@ -33,7 +33,7 @@ class FollowedProblem:
 
     Attributes:
         problem: at all places; those between the poses weigh nothing. poses: (m,) numbers of the poses among them.
-        most: rad, allowed joint step from pose to pose. joined: (m - 1,) True within a job.
+        most: rad, allowed joint step from pose to pose. joined: (m - 1,) True within a segment.
     """
 
     problem: ReducedProblem

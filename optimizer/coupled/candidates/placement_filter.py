@@ -82,7 +82,7 @@ class PlacementFilter:
                 some = left[at : at + AT_ONCE]
                 lacks = pairs.lacks(
                     self._frames(pairs, bases[some], placements.joints[some][:, poses], task.poses[poses]),
-                    np.tile(task.job_of[poses], len(some)),
+                    np.tile(task.segment_of[poses], len(some)),
                 ).reshape(len(some), len(poses), -1)
                 most = lacks.max(axis=1)
                 of_mounts[some] = np.maximum(of_mounts[some], most * mounts)

@@ -1,8 +1,8 @@
 """A long task stood for by some of its poses: layouts are looked for there, and all are carried over to the whole task.
 
-The poses are spread over the way and the weight of every job, and stand at its corners: between two of them the object
-moves nearly straight, so that what is clean on the short task is clean, or nearly so, on the whole one. Whatever is
-found is measured again on all poses.
+The poses are spread over the way and the weight of every segment, and stand at its corners: between two of them the
+object moves nearly straight, so that what is clean on the short task is clean, or nearly so, on the whole one. Whatever
+is found is measured again on all poses.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from duocell.models.robot.arm import TURN
 from duocell.optimizer.clearance.path_samples import ObjectPath
 from duocell.optimizer.coupled.candidates.starts import Start
 from duocell.optimizer.nlp.program import ArmPoint
-from duocell.optimizer.reduction.pose_sample import sample_job
+from duocell.optimizer.reduction.pose_sample import sample_segment
 from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed, reduced_problem
 from duocell.optimizer.verification.scene import Scene
 
@@ -83,9 +83,9 @@ class ShortTask:
             return None
         joints = paths.joints[:, 0, 0].T.copy()
         joints[:, 0] += problem.sigma * (float(paths.yaw[0, 0]) - point.yaw)
-        for job in problem.jobs:
-            first = int(np.searchsorted(self.poses, job.start))
-            joints[job] += TURN * np.round((point.joints[first] - joints[self.poses[first]]) / TURN)
+        for segment in problem.segments:
+            first = int(np.searchsorted(self.poses, segment.start))
+            joints[segment] += TURN * np.round((point.joints[first] - joints[self.poses[first]]) / TURN)
         return ArmPoint(point.position, point.yaw, joints, point.signs)
 
 
@@ -95,20 +95,20 @@ def shortened(task: Task, count: int) -> tuple[Ints, Task]:
     What is left out counts for its neighbours, in proportion to how near they are on the way.
     """
     poses, weights, starts = [], np.zeros(len(task)), [0]
-    for job in task.jobs:
-        share = max(2, -(-count * (job.stop - job.start) // len(task)))
-        frames = task.poses[job]
-        own, _ = sample_job(frames[:, :3, :3], frames[:, :3, 3], task.weights[job], share)
+    for segment in task.segments:
+        share = max(2, -(-count * (segment.stop - segment.start) // len(task)))
+        frames = task.poses[segment]
+        own, _ = sample_segment(frames[:, :3, :3], frames[:, :3, 3], task.weights[segment], share)
         own = _with_corners(frames, own)
-        poses.append(job.start + own)
-        weights[job] = _counted(_way(frames), own, task.weights[job])
+        poses.append(segment.start + own)
+        weights[segment] = _counted(_way(frames), own, task.weights[segment])
         starts.append(starts[-1] + len(own))
     kept = np.concatenate(poses)
     return kept, Task(task.poses[kept], tuple(starts[:-1]), task.names, weights[kept])
 
 
 def _with_corners(frames: Floats, chosen: Ints) -> Ints:
-    """The chosen poses of a job (m, 4, 4) and those that the way between them misses most."""
+    """The chosen poses of a segment (m, 4, 4) and those that the way between them misses most."""
     if len(chosen) < 2:
         return chosen
     way = _way(frames)
@@ -132,14 +132,14 @@ def _with_corners(frames: Floats, chosen: Ints) -> Ints:
 
 
 def _way(frames: Floats) -> Floats:
-    """(m,) rad + m from the first pose of a job (m, 4, 4) to each."""
+    """(m,) rad + m from the first pose of a segment (m, 4, 4) to each."""
     moved = np.linalg.norm(np.diff(frames[:, :3, 3], axis=0), axis=1)
     turned = rotation_angle(frames[:-1, :3, :3].swapaxes(1, 2) @ frames[1:, :3, :3])
     return np.concatenate([[0.0], np.cumsum(moved + turned)])
 
 
 def _counted(way: Floats, chosen: Ints, weights: Floats) -> Floats:
-    """(m,) what the chosen poses of a job count for, 0 for the others: costs in between are interpolated."""
+    """(m,) what the chosen poses of a segment count for, 0 for the others: costs in between are interpolated."""
     if len(chosen) < 2:
         return weights
     after = np.clip(np.searchsorted(chosen, np.arange(len(way)), side="right"), 1, len(chosen) - 1)

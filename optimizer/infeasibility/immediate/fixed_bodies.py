@@ -1,7 +1,7 @@
 """Bodies whose places the task alone decides: the part, and the last link and tool of every arm.
 
 They are where they are whatever the bases and postures, so what they come too near to is a proof. Looked at are the
-poses and samples of the straight way between poses of one job.
+poses and samples of the straight way between poses of one segment.
 """
 
 from __future__ import annotations
@@ -127,7 +127,7 @@ def _placed(cell: Cell, model: CollisionModel, objects: Floats, step: Ints, pair
     for a, arm in enumerate(cell.arms):
         flange = objects @ cell.grasps(arm)[step] @ inverse(arm.tool)
         frames[:, model.offsets[a] + arm.dof] = flange @ inverse(arm.robot.flange_placement)
-    return model.arranged(frames, cell.task.job_of[step], pairs)
+    return model.arranged(frames, cell.task.segment_of[step], pairs)
 
 
 def _groups(model: CollisionModel, pairs: Bools) -> list[Ints]:

@@ -13,8 +13,8 @@ from duocell.optimizer.infeasibility.immediate.fixed_bodies import fixed_body_co
 from duocell.optimizer.infeasibility.immediate.one_place import one_place_conflicts
 from duocell.optimizer.infeasibility.immediate.relative_bases import relative_base_conflicts
 from duocell.optimizer.infeasibility.immediate.self_distances import self_distance_conflicts
-from duocell.optimizer.nlp.measure import jobs_of
-from duocell.optimizer.reasons.reasons import name_jobs
+from duocell.optimizer.nlp.measure import segment_shares
+from duocell.optimizer.reasons.reasons import name_segments
 from duocell.optimizer.results.layout import Layout, Outcome, Search
 
 
@@ -51,8 +51,8 @@ def refused(cell: Cell, causes: tuple[Infeasibility, ...], wall_time: float) -> 
         outcome=Outcome.INFEASIBLE,
         objective=None,
         placements=(),
-        reasons=name_jobs(cell.task, tuple(cause.reason(cell) for cause in causes)),
+        reasons=name_segments(cell.task, tuple(cause.reason(cell) for cause in causes)),
         search=Search(candidates=0, starts=0, basins=0, wall_time=wall_time),
         verification=None,
-        jobs=jobs_of(cell, ()),
+        segments=segment_shares(cell, ()),
     )

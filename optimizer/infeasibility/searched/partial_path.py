@@ -39,7 +39,7 @@ class PartialPath:
 
 
 def extended(cell: Cell, arm: Arm, point: ArmPoint, first: int, last: int) -> PartialPath:
-    """Follow the part outwards, on from the end of a job to the start of the next as if it were one way.
+    """Follow the part outwards, on from the end of a segment to the start of the next as if it were one way.
 
     Args:
         cell: the whole task. arm: one of its arms.

@@ -185,7 +185,7 @@ def _contacts(scene: Scene, samples: Samples, points: Sequence[ArmPoint], arms: 
         return
     b = model.bodies
     obstacles = {name.name: k for k, name in enumerate(scene.cell.surroundings.obstacles)}
-    places = model.configure(scene.bases(points), samples.joints, samples.objects, samples.jobs)
+    places = model.configure(scene.bases(points), samples.joints, samples.objects, samples.segments)
     spare = model.bounds(places, scene.movable) - scene.required
     seen: set[Violation] = set()
     for index in np.argsort(spare, axis=None, kind="stable")[:MOST_CONTACTS]:

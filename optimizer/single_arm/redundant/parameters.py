@@ -18,7 +18,7 @@ class UnreducedParameters:
         drawn: postures per seed that the draw chooses from by kinematics alone: 1 (random bases) missed 1 in 45.
         reach_iterations, reach_pull: towards the middle pose. With a pull of 0.3 instead the seeds run together, 10
             freedoms on 6 rows, and lose basins that 1024 seeds do not make up for.
-        key_poses: per job, at first. The spread to them goes in ``spread_parts`` of the way.
+        key_poses: per segment, at first. The spread to them goes in ``spread_parts`` of the way.
         spread_iterations, spread_pull: in every part. key_iterations, key_pull: on the key poses.
         spread_kept: distinct seeds that go on to ``middle_poses`` poses.
         middle_poses: most poses that the middle stages look at; longer tasks are looked at whole by the last

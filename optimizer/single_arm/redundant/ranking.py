@@ -24,7 +24,7 @@ class Figures:
 
     Attributes:
         cost: E per pose, in units of the mean weights.
-        over: rad, farthest beyond a limit. step: rad, longest within a job. error: m or rad, largest of any pose.
+        over: rad, farthest beyond a limit. step: rad, longest within a segment. error: m or rad, largest of any pose.
         lack: of the conditioning asked for, 0 if none is.
     """
 
@@ -76,12 +76,12 @@ def figures(problem: UnreducedProblem, seeds: Seeds, conditioning: float = 0.0) 
 
 
 def lifted(problem: UnreducedProblem, seeds: Seeds) -> Seeds:
-    """Seeds whose joints take the turns nearest to the reference that the limits leave, job by job."""
+    """Seeds whose joints take the turns nearest to the reference that the limits leave, segment by segment."""
     joints = seeds.joints.copy()
     reference = problem.reference_column
     low, high = problem.lower[:, None], problem.upper[:, None]
-    for job in problem.jobs:
-        part, weights = joints[:, job], problem.weights[job]
+    for segment in problem.segments:
+        part, weights = joints[:, segment], problem.weights[segment]
         total = float(np.sum(weights))
         mean = np.einsum("ijk,j->ik", part, weights) / total if total > 0.0 else np.mean(part, axis=1)
         least, most = np.min(part, axis=1), np.max(part, axis=1)

@@ -57,11 +57,11 @@ def _at(problem: UnreducedProblem, base: Floats, pool: Seeds, parameters: Unredu
     """(n, m) the best path from one base (4,)."""
     layers = _layers(problem, base, pool, parameters, seed)
     path: list[Floats] = []
-    for job in problem.jobs:
-        path += _shortest(layers[job], problem.endless, STEP_SLACK * problem.max_step)
+    for segment in problem.segments:
+        path += _shortest(layers[segment], problem.endless, STEP_SLACK * problem.max_step)
     joints = np.stack(path, axis=1)
-    for job in problem.jobs:
-        joints[problem.endless, job] = np.unwrap(joints[problem.endless, job], axis=1)
+    for segment in problem.segments:
+        joints[problem.endless, segment] = np.unwrap(joints[problem.endless, segment], axis=1)
     return joints
 
 
@@ -148,7 +148,7 @@ def _thinned(joints: Floats, costs: Floats, most: int, spacing: float) -> _Layer
 
 
 def _shortest(layers: list[_Layer], endless: Bools, allowed: float) -> list[Floats]:
-    """Joints (n,) of each pose of one job on the cheapest path."""
+    """Joints (n,) of each pose of one segment on the cheapest path."""
     total, back = layers[0].costs, []
     for before, after in pairwise(layers):
         step = before.joints[:, :, None] - after.joints[:, None, :]

@@ -21,7 +21,7 @@ from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, Unre
 STEP_SLACK = 3.0
 """Times the allowed step that key poses may be apart: there are poses between them."""
 JOB_DRAWS, JOB_TRIES = 1024, 3
-"""Postures drawn for each further job of a family, and how many of them each seed tries there."""
+"""Postures drawn for each further segment of a task sequence, and how many of them each seed tries there."""
 JOB_ITERATIONS = 8
 MOVED, MOVED_ERROR = 1e-3, 1e-4
 """Relative change of the cost in one more iteration, and error [m or rad], of a seed that still moves."""
@@ -46,9 +46,9 @@ class Staged:
 
 
 def first_seeds(problem: UnreducedProblem, parameters: UnreducedParameters, seed: int) -> tuple[Seeds, Ints]:
-    """Seeds (n, jobs, K) that take the anchor pose of every job, and the indices of these poses."""
+    """Seeds (n, segments, K) that take the anchor pose of every segment, and the indices of these poses."""
     anchors = key_poses(problem, 1)
-    lead = int(np.argmax([np.sum(problem.weights[job]) for job in problem.jobs]))
+    lead = int(np.argmax([np.sum(problem.weights[segment]) for segment in problem.segments]))
     anchor = int(anchors[lead])
     q, bases = draw_seeds(problem, anchor, parameters.seeds, parameters.seeds * parameters.drawn, seed)
     one = problem.only(np.array([anchor]), np.ones(1))
@@ -85,8 +85,8 @@ def spread(
     problem: UnreducedProblem, seeds: Seeds, anchors: Ints, parameters: UnreducedParameters, base_moves: bool = True
 ) -> tuple[Seeds, UnreducedProblem, Ints]:
     """Seeds from the anchor poses to the key poses; the key problem and its poses."""
-    jobs = len(problem.starts)
-    poses = key_poses(problem, max(2, parameters.key_poses if jobs <= 2 else parameters.key_poses // 2 + 1))
+    segments = len(problem.starts)
+    poses = key_poses(problem, max(2, parameters.key_poses if segments <= 2 else parameters.key_poses // 2 + 1))
     keys, start = reduced_to(problem, poses), problem.only(anchors, np.ones(len(anchors)))
     own = np.searchsorted(problem.starts, poses, side="right") - 1
     seeds = Seeds(seeds.joints[:, own], seeds.bases)

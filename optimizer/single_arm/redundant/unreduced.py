@@ -163,7 +163,7 @@ def many_turns(problem: UnreducedProblem) -> bool:
 
 
 def uneven(problem: UnreducedProblem) -> bool:
-    """True if the task has several jobs, or poses that count for much more or less than others."""
+    """True if the task has several segments, or poses that count for much more or less than others."""
     return len(problem.starts) > 1 or float(np.max(problem.weights)) > UNEVEN * float(np.mean(problem.weights))
 
 

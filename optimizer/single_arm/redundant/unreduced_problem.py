@@ -12,7 +12,7 @@ import numpy as np
 
 from duocell.models.base.arrays import Bools, Floats, Ints
 from duocell.models.cell.cell import Cell
-from duocell.models.cell.jobs import joined, slices
+from duocell.models.cell.segments import joined, slices
 from duocell.models.kinematics.branches import posture_of
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.kinematics.chain_columns import ColumnChain, column_chain
@@ -40,7 +40,7 @@ class UnreducedProblem:
         positions: (m, 3) m, of the targets in world axes, seen from ``origin``.
         origin: (3,) m, in the world.
         weights: (m,) of the poses, mean of the positive ones 1.
-        starts: of the jobs.
+        starts: of the segments.
         joint_weights: (n,) mean of the positive ones 1. metric: (n,) what a step costs, positive.
         lower: (n,) rad, finite. upper: (n,).
         base_lower: (4,) x, y, z [m] seen from ``origin``, yaw [rad]. base_upper: (4,).
@@ -84,12 +84,12 @@ class UnreducedProblem:
 
     @property
     def joined(self) -> Bools:
-        """(m - 1,) True where the next pose is one of the same job."""
+        """(m - 1,) True where the next pose is one of the same segment."""
         return joined(self.starts, len(self.positions))
 
     @property
-    def jobs(self) -> tuple[slice, ...]:
-        """The poses of each job."""
+    def segments(self) -> tuple[slice, ...]:
+        """The poses of each segment."""
         return slices(self.starts, len(self.positions))
 
     @property
@@ -106,8 +106,8 @@ class UnreducedProblem:
 
     def only(self, poses: Ints, weights: Floats) -> UnreducedProblem:
         """The same with some of the poses, in order, under other weights (k,)."""
-        jobs = np.searchsorted(self.starts, poses, side="right") - 1
-        starts = tuple(int(k) for k in np.flatnonzero(np.diff(jobs, prepend=-1)))
+        segments = np.searchsorted(self.starts, poses, side="right") - 1
+        starts = tuple(int(k) for k in np.flatnonzero(np.diff(segments, prepend=-1)))
         return replace(
             self, rotations=self.rotations[poses], positions=self.positions[poses], weights=weights, starts=starts
         )
@@ -125,7 +125,7 @@ class UnreducedProblem:
     def point(self, joints: Floats, base: Floats) -> ArmPoint:
         """A point of the program from joints (n, m) [rad] and a base (4,), in the posture of a closed form's middle."""
         form, yaw = closed_form(self.arm.robot), self.arm.base.yaw_in_interval(float(base[3]))
-        signs = None if form is None else posture_of(form, joints[:, self.jobs[0].stop // 2])
+        signs = None if form is None else posture_of(form, joints[:, self.segments[0].stop // 2])
         return ArmPoint(base[:3] + self.origin, yaw, joints.T.copy(), signs)
 
 

@@ -52,7 +52,7 @@ def test_a_thin_rod_between_two_poses_is_found():
     assert 0.3 < nearest.fraction < 0.9
     two_jobs = replace(cell, task=Task(cell.task.poses, starts=(0, 1)))
     apart = dense_check(two_jobs, stands, bare.joints)
-    assert apart.clean  # nobody goes from the last pose of a job to the first of the next
+    assert apart.clean  # nobody goes from the last pose of a segment to the first of the next
     assert apart.samples < verdict.samples
 
 

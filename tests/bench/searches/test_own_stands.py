@@ -18,7 +18,7 @@ from duocell.models.robot.arm import Interval
 
 
 def _cells() -> list[Cell]:
-    """One arm each: plain, with a narrow yaw, and the path cut into two jobs."""
+    """One arm each: plain, with a narrow yaw, and the path cut into two segments."""
     drawn = coupled_task(3)
     cell = replace(drawn.cell, couplings=(), arms=drawn.cell.arms[1:])
     arm, yaw = cell.arms[0], float(drawn.known.stands[1, 3])
@@ -54,8 +54,8 @@ def _best_by_scan(cell: Cell, joints: np.ndarray, yaw: float) -> float:
         if arm.base.yaw_outside(yaw + shift) > 0.0:
             continue
         total = 0.0
-        for job in cell.task.jobs:
-            turned = [joints[job, 0] - sense * shift + 2.0 * np.pi * n for n in range(-3, 4)]
+        for segment in cell.task.segments:
+            turned = [joints[segment, 0] - sense * shift + 2.0 * np.pi * n for n in range(-3, 4)]
             inside = [t for t in turned if np.all((arm.lower[0] <= t) & (t <= arm.upper[0]))]
             total += min((float(arm.weights[0] * np.sum((t - arm.reference[0]) ** 2)) for t in inside), default=np.inf)
         best = min(best, total)
@@ -83,15 +83,17 @@ def test_a_given_yaw_is_kept() -> None:
         np.testing.assert_allclose(flange_poses(arm.robot, found.joints[branch, 0]), targets, atol=1e-7)
 
 
-def test_turns_of_two_jobs_are_chosen_together() -> None:
-    """Two jobs whose best yaws differ: no pair of turns and no yaw of a scan is better; this scans turns outright."""
+def test_turns_of_two_segments_are_chosen_together() -> None:
+    """Two segments whose best yaws differ: no pair of turns and no yaw of a scan is better; this scans turns
+    outright.
+    """
     cell = _cells()[2]
     found = own_stands(own_task(cell, 0), coupled_task(3).known.stands[1:, :3])
     arm = cell.arms[0]
     branch = int(np.argmax(found.usable[:, 0]))
-    q, first = found.joints[branch, 0], cell.task.jobs
+    q, first = found.joints[branch, 0], cell.task.segments
     for turns in product((-1, 0, 1), repeat=2):
-        moved = np.concatenate([q[job, 0] + 2.0 * np.pi * n for job, n in zip(first, turns, strict=True)])
+        moved = np.concatenate([q[segment, 0] + 2.0 * np.pi * n for segment, n in zip(first, turns, strict=True)])
         shift = arm.reference[0] - moved.mean()
         best = moved + shift
         if np.all((arm.lower[0] <= best) & (best <= arm.upper[0])):

@@ -22,7 +22,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Library:
     return library
 
 
-@pytest.mark.parametrize("seed", [6, 7, 12])  # a family, obstacles of meshes, couplings
+@pytest.mark.parametrize("seed", [6, 7, 12])  # a task sequence, obstacles of meshes, couplings
 def test_requests_are_accepted_and_the_same_each_time(seed: int, library: Library) -> None:
     request = large_request(seed, Limits())
     assert request == large_request(seed, Limits())

@@ -17,7 +17,7 @@ def test_tasks_are_made_around_a_layout() -> None:
     for seed in range(len(KINDS)):
         task = station_task(seed)
         assert task.kind == list(KINDS)[seed]
-        assert len(task.cell.task.jobs) == 5
+        assert len(task.cell.task.segments) == 5
         assert dense_check(task.cell, task.stand[None], [task.joints], *STEPS).clean
     again = station_task(len(KINDS) - 1)
     assert np.array_equal(again.joints, task.joints)

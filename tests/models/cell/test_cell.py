@@ -40,7 +40,7 @@ def test_a_base_in_the_world_is_mount_then_yaw():
     assert np.allclose(poses[1, :3, :3], rotation_x(0.5))
 
 
-def test_a_part_of_a_family_keeps_jobs_weights_and_grasps():
+def test_a_part_of_a_task_sequence_keeps_segments_weights_and_grasps():
     poses = transform(rotation_z(np.linspace(0.0, 0.5, 6)), np.linspace([1.0, 2.0, 3.0], [1.1, 2.1, 3.1], 6))
     grasps = transform(rotation_x(np.array([0.1, 0.2, 0.3])), np.zeros((3, 3)))
     arm = make_arm("ur5e", grasps=grasps)

@@ -25,7 +25,7 @@ WEIGHTS = np.array([1.0, 2.0, 1.0, 1.0, 0.5])
 
 
 def cell(task: Task | None = None) -> Cell:
-    """Two tied arms, two obstacles, a floor with two pits; two jobs."""
+    """Two tied arms, two obstacles, a floor with two pits; two segments."""
     way = line(transform(np.eye(3), [0.0, 0.0, 0.3]), transform(rotation_z(0.2), [0.3, 0.4, 0.6]), 5)
     arms = tuple(
         make_arm("ur10e", name, region((-1.4, 1.6), (-1.3, 1.7)), grasp=transform(np.eye(3), [x, 0.0, 0.15]))

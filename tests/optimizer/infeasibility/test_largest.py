@@ -20,7 +20,7 @@ KIND = PairClass.ARM_OBSTACLE
 
 def distance(check, point):
     model, task = check.scene.model, check.cell.task
-    places = model.configure(check.scene.bases([point]), [point.joints], task.poses, task.job_of)
+    places = model.configure(check.scene.bases([point]), [point.joints], task.poses, task.segment_of)
     return model.closest(places, KIND)[1].distance
 
 

@@ -160,10 +160,10 @@ def test_targets_include_grasp_and_tool():
     assert np.abs(rows_at(program, [point])).max() < 1e-12
 
 
-def test_steps_from_job_to_job_have_no_bounds_and_jobs_their_own_turns():
+def test_steps_from_segment_to_segment_have_no_bounds_and_segments_their_own_turns():
     task, point = witness("ur10e")
-    jobs = Task(task.cell.task.poses, (0, 2), weights=np.array([1.0, 1.0, 3.0, 0.0]))
-    cell = replace(task.cell, task=jobs)
+    segments = Task(task.cell.task.poses, (0, 2), weights=np.array([1.0, 1.0, 3.0, 0.0]))
+    cell = replace(task.cell, task=segments)
     lifted = point.joints.copy()
     lifted[2:, 4] += np.where(lifted[2:, 4] > 0.0, -2.0, 2.0) * np.pi
     program = build_program(cell, [task.arm], [replace(point, joints=lifted)], steps=True)

@@ -1,4 +1,4 @@
-"""The best common shift of several jobs, against every turn and a fine grid of shifts."""
+"""The best common shift of several segments, against every turn and a fine grid of shifts."""
 
 from __future__ import annotations
 
@@ -7,26 +7,26 @@ from itertools import product
 import numpy as np
 import pytest
 
-from duocell.optimizer.reduction.common_yaw import JobShifts
+from duocell.optimizer.reduction.common_yaw import SegmentShifts
 from tests.support.angles import TURN
 
 TURNS = np.arange(-4, 5)
 CASES, GRID = 60, 3001
 
 
-def shifts(rng: np.random.Generator, jobs: int, tight: bool) -> JobShifts:
+def shifts(rng: np.random.Generator, segments: int, tight: bool) -> SegmentShifts:
     """One case with limits of all sorts; where they are tight there may be no shift at all."""
-    wanted = rng.uniform(-6.0, 6.0, (jobs, 1))
-    low = wanted - rng.uniform(-1.0 if tight else 0.5, 2.0 if tight else 7.0, (jobs, 1))
-    high = low + rng.uniform(-0.5 if tight else 1.0, 2.0 if tight else 12.0, (jobs, 1))
+    wanted = rng.uniform(-6.0, 6.0, (segments, 1))
+    low = wanted - rng.uniform(-1.0 if tight else 0.5, 2.0 if tight else 7.0, (segments, 1))
+    high = low + rng.uniform(-0.5 if tight else 1.0, 2.0 if tight else 12.0, (segments, 1))
     if rng.random() < 0.3:
         low[0], high[0] = -np.inf, np.inf
     width = TURN if rng.random() < 0.4 else float(rng.choice([0.0, rng.uniform(0.0, TURN)]))
-    weights = rng.choice([0.0, 0.5, 1.0, 4.0], jobs)
-    return JobShifts(wanted, weights, low, high, np.asarray(rng.uniform(-3.0, 3.0)), width)
+    weights = rng.choice([0.0, 0.5, 1.0, 4.0], segments)
+    return SegmentShifts(wanted, weights, low, high, np.asarray(rng.uniform(-3.0, 3.0)), width)
 
 
-def by_grid(given: JobShifts, allowed=lambda b, k: True) -> tuple[float, float]:
+def by_grid(given: SegmentShifts, allowed=lambda b, k: True) -> tuple[float, float]:
     """Least cost, and least excess over the limits, of all turns on a fine grid of shifts."""
     y = float(given.start) + np.linspace(0.0, given.width, GRID)
     cost, excess = np.zeros(y.shape), np.zeros(y.shape)
@@ -39,7 +39,7 @@ def by_grid(given: JobShifts, allowed=lambda b, k: True) -> tuple[float, float]:
     return float(cost.min()), float(excess.min())
 
 
-def cost_of(given: JobShifts, found) -> float:
+def cost_of(given: SegmentShifts, found) -> float:
     total = found.yaw_shift + TURN * found.turns
     assert given.start - 1e-12 <= found.yaw_shift[0] <= given.start + given.width + 1e-12
     assert np.all(total >= given.low - 1e-9)
@@ -47,12 +47,12 @@ def cost_of(given: JobShifts, found) -> float:
     return float(np.sum(given.weights[:, None] * (total - given.wanted) ** 2))
 
 
-@pytest.mark.parametrize(("jobs", "tight"), [*product((2, 3), (False, True)), (5, False)])
-def test_no_shift_is_cheaper_and_what_is_said_is_attained(jobs, tight):
-    rng = np.random.default_rng(jobs + 10 * tight)
+@pytest.mark.parametrize(("segments", "tight"), [*product((2, 3), (False, True)), (5, False)])
+def test_no_shift_is_cheaper_and_what_is_said_is_attained(segments, tight):
+    rng = np.random.default_rng(segments + 10 * tight)
     possible = 0
     for _ in range(CASES):
-        given = shifts(rng, jobs, tight)
+        given = shifts(rng, segments, tight)
         found, (least, excess) = given.best(), by_grid(given)
         if np.isinf(found.cost[0]):
             assert np.isinf(least)
@@ -92,7 +92,7 @@ def test_turns_can_be_asked_for():
 def test_many_cases_at_once_are_those_one_by_one():
     rng = np.random.default_rng(5)
     cases = [shifts(rng, 2, False) for _ in range(20)]
-    joined = JobShifts(
+    joined = SegmentShifts(
         wanted=np.concatenate([case.wanted for case in cases], axis=1),
         weights=cases[0].weights,
         low=np.concatenate([case.low for case in cases], axis=1),
@@ -102,5 +102,5 @@ def test_many_cases_at_once_are_those_one_by_one():
     )
     found = joined.best()
     for k, case in enumerate(cases):
-        alone = JobShifts(case.wanted, joined.weights, case.low, case.high, case.start, TURN).best()
+        alone = SegmentShifts(case.wanted, joined.weights, case.low, case.high, case.start, TURN).best()
         assert found.cost[k] == pytest.approx(alone.cost[0], rel=1e-12)

@@ -1,4 +1,4 @@
-"""Samples of poses: the same for a job and its reverse, with the weight of what they stand for."""
+"""Samples of poses: the same for a segment and its reverse, with the weight of what they stand for."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from duocell.models.base.pose import rotation_about, rotation_z
-from duocell.optimizer.reduction.pose_sample import sample_job
+from duocell.optimizer.reduction.pose_sample import sample_segment
 
 
 def way(poses: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
@@ -20,7 +20,7 @@ def way(poses: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
 def test_a_sample_keeps_the_ends_and_the_whole_weight(seed):
     rotations, positions = way(60, seed)
     weights = np.random.default_rng(seed).uniform(0.0, 2.0, 60)
-    chosen, own = sample_job(rotations, positions, weights, 6)
+    chosen, own = sample_segment(rotations, positions, weights, 6)
     assert chosen[0] == 0
     assert chosen[-1] == 59
     assert np.all(np.diff(chosen) > 0)
@@ -29,21 +29,21 @@ def test_a_sample_keeps_the_ends_and_the_whole_weight(seed):
 
 
 @pytest.mark.parametrize("poses", [10, 24, 60])
-def test_the_reverse_of_a_job_is_sampled_at_the_same_poses(poses):
+def test_the_reverse_of_a_segment_is_sampled_at_the_same_poses(poses):
     even = np.tile(np.eye(3), (poses, 1, 1)), np.linspace([0.0, 0.0, 0.0], [0.4, 0.1, 0.1], poses)
     for rotations, positions in (even, way(poses, 1)):
         weights = np.ones(poses)
-        chosen, own = sample_job(rotations, positions, weights, 5)
-        backwards, other = sample_job(rotations[::-1], positions[::-1], weights, 5)
+        chosen, own = sample_segment(rotations, positions, weights, 5)
+        backwards, other = sample_segment(rotations[::-1], positions[::-1], weights, 5)
         assert np.array_equal(chosen, np.sort(poses - 1 - backwards))
         assert own == pytest.approx(other[::-1])
 
 
 def test_a_sample_does_not_depend_on_where_the_world_has_its_axes():
     rotations, positions = way(80, 2)
-    chosen, own = sample_job(rotations, positions, np.ones(80), 7)
+    chosen, own = sample_segment(rotations, positions, np.ones(80), 7)
     turned, moved = rotation_z(np.pi / 2) @ rotations, positions @ rotation_z(np.pi / 2).T + [7.0, -3.0, 0.0]
-    again, other = sample_job(turned, moved, np.ones(80), 7)
+    again, other = sample_segment(turned, moved, np.ones(80), 7)
     assert np.array_equal(chosen, again)
     assert own == pytest.approx(other)
 
@@ -52,7 +52,7 @@ def test_a_sample_does_not_depend_on_where_the_world_has_its_axes():
 def test_a_dwell_between_two_places_of_the_sample_is_in_it_with_its_weight(at):
     positions = np.linspace([0.0, 0.0, 0.0], [0.5, 0.0, 0.0], 21)
     dwell = np.concatenate([positions[:at], np.tile(positions[at], (300, 1)), positions[at + 1 :]])
-    chosen, own = sample_job(np.tile(np.eye(3), (320, 1, 1)), dwell, np.ones(320), 5)
+    chosen, own = sample_segment(np.tile(np.eye(3), (320, 1, 1)), dwell, np.ones(320), 5)
     there = np.linalg.norm(dwell[chosen] - positions[at], axis=1) < 1e-9
     assert np.any(there)
     assert np.max(own[there]) >= 300.0 / np.sum(there)
@@ -64,6 +64,6 @@ def test_a_sample_stands_for_the_whole_in_a_weighted_sum():
     rotations, positions = np.tile(np.eye(3), (400, 1, 1)), np.linspace([0.0, 0.0, 0.0], [0.5, 0.0, 0.0], 400)
     positions = np.concatenate([positions[:150], np.tile(positions[150], (300, 1)), positions[150:]])[:700]
     rotations = np.tile(np.eye(3), (700, 1, 1))
-    chosen, own = sample_job(rotations, positions, np.ones(700), 9)
+    chosen, own = sample_segment(rotations, positions, np.ones(700), 9)
     values = np.cos(4.0 * positions[:, 0])
     assert float(own @ values[chosen]) == pytest.approx(float(np.sum(values)), rel=0.02)

@@ -51,7 +51,7 @@ def test_an_answer_without_a_layout_shows_what_came_nearest() -> None:
     layout = optimize(asked, Settings(certificate=None))
     assert not layout.usable
     assert layout.objective is None
-    assert all(job.objective is None for job in layout.jobs)
+    assert all(segment.objective is None for segment in layout.segments)
     (nearest,) = layout.placements
     base = task.arm.base_in_world(nearest.position, nearest.yaw)
     reached = base @ flange_poses(task.arm.robot, nearest.joints) @ task.arm.tool

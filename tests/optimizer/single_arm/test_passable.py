@@ -41,7 +41,7 @@ def test_the_answer_can_be_followed_where_the_best_at_the_poses_cannot(seed):
     assert stuck == 1
 
 
-def test_places_are_poses_of_no_weight_in_their_order_and_job():
+def test_places_are_poses_of_no_weight_in_their_order_and_segment():
     cell = random_cell(0)
     poses, weights = cell.task.poses[:5], np.array([1.0, 2.0, 3.0, 4.0, 5.0])
     task = Task(poses, starts=(0, 2), weights=weights)
@@ -51,7 +51,7 @@ def test_places_are_poses_of_no_weight_in_their_order_and_job():
     added = np.setdiff1d(np.arange(len(finer.task)), rows)
     assert np.array_equal(added, [1, 4, 5])
     assert not np.any(finer.task.weights[added])
-    assert np.array_equal(finer.task.job_of[rows], task.job_of)
-    assert np.array_equal(finer.task.job_of[added], task.job_of[[0, 2, 2]])
+    assert np.array_equal(finer.task.segment_of[rows], task.segment_of)
+    assert np.array_equal(finer.task.segment_of[added], task.segment_of[[0, 2, 2]])
     middle = 0.5 * (task.poses[0, :3, 3] + task.poses[1, :3, 3])
     np.testing.assert_allclose(finer.task.poses[1, :3, 3], middle, atol=1e-12)

@@ -145,15 +145,15 @@ def test_a_joint_step_that_is_all_but_too_long_counts():
     assert "too long a step" in found.note
 
 
-def test_from_one_job_to_the_next_a_joint_may_take_another_turn():
+def test_from_one_segment_to_the_next_a_joint_may_take_another_turn():
     cell, placements = at_rest("ur10e", [0.0, -1.4, 1.5, -1.6, -1.5, 0.5])
     turned = placements[0].joints + 2.0 * np.pi * np.array([[0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, -1]])
-    jobs = replace(cell, task=Task(cell.task.poses, (0, 1)), max_joint_step=0.3)
+    segments = replace(cell, task=Task(cell.task.poses, (0, 1)), max_joint_step=0.3)
     asked = ToleranceSettings(0.002, 0.0)
-    found = tolerance_of(jobs, [replace(placements[0], joints=turned)], (), asked)
+    found = tolerance_of(segments, [replace(placements[0], joints=turned)], (), asked)
     assert found.feasible == 1.0
-    one_job = replace(cell, max_joint_step=0.3)
-    assert tolerance_of(one_job, [replace(placements[0], joints=turned)], (), asked).feasible == 0.0
+    one_segment = replace(cell, max_joint_step=0.3)
+    assert tolerance_of(one_segment, [replace(placements[0], joints=turned)], (), asked).feasible == 0.0
 
 
 def spare(cell: Cell, placements, error) -> float:

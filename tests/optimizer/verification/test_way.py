@@ -90,7 +90,7 @@ def test_a_break_is_told_with_the_poses_between_which_one_is_missing():
     assert "add a pose between 0 and 1" in reason.detail
 
 
-def test_from_job_to_job_there_is_no_way():
+def test_from_segment_to_segment_there_is_no_way():
     task, point = broken()
     assert follow_way(replace(task.cell, task=Task(task.cell.task.poses, starts=(0, 1))), task.arm, point).free
 

@@ -15,12 +15,12 @@ from duocell.optimizer.results.layout import (
     Baseline,
     BaselineArm,
     Certificate,
-    JobShare,
     Layout,
     Outcome,
     PenaltyCycle,
     Reason,
     Search,
+    SegmentShare,
     Verification,
 )
 from duocell.optimizer.results.placement import Placement
@@ -61,7 +61,7 @@ FULL = Layout(
     verification=Verification(1e-9, 2e-9, 0.5, True),
     certificate=Certificate(4.9, 0.02, False, 7, 0.1, (ArmCertificate("main", None, None, False, 7, 0.1, "none yet"),)),
     baselines=(Baseline("interior-penalty", None, 0.2, False, (BASELINE_ARM,), "none"),),
-    jobs=(JobShare("a", 0, 2, 1.0, 5.0), JobShare("b", 2, 3, 0.0, None)),
+    segments=(SegmentShare("a", 0, 2, 1.0, 5.0), SegmentShare("b", 2, 3, 0.0, None)),
     clearances=(CLEARANCE,),
     alternatives=(Alternative(6.0, (PLACEMENT,), (CLEARANCE,), "farther from everything"),),
     tolerance=Tolerance(0.002, 0.001, 64, 1.0, inf, inf, {"self": 0.019, "arm_arm": inf}, inf, "nothing breaks"),

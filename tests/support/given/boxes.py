@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation, Slerp
 from duocell.models.catalogue.catalogue import robot
 from duocell.models.catalogue.dh import robot_from_dh
 from duocell.models.cell.cell import Cell
-from duocell.models.cell.family import Job, family
 from duocell.models.cell.task import Task
+from duocell.models.cell.task_sequence import TaskSegment, task_sequence
 from duocell.models.kinematics.kinematics import reach
 from duocell.models.robot.arm import Arm, BaseRegion, Interval, range_weights
 from duocell.models.robot.robot import Robot
@@ -39,20 +39,24 @@ def robot_called(name: str) -> Robot:
 
 
 def random_problem(
-    name: str, rng: np.random.Generator, mounted: bool = False, level: bool = False, jobs: int = 1
+    name: str, rng: np.random.Generator, mounted: bool = False, level: bool = False, segments: int = 1
 ) -> ReducedProblem:
     """A straight or turning path of 1 to 8 poses with all sorts of limits, weights, yaws and steps.
 
     Args:
         name: see `robot_called`. rng: source of chance.
         mounted: the base may hang or stand on a wall. level: its z is fixed; else sometimes.
-        jobs: how many such paths, all with the same grasp; from 2 on with weights, the last one sometimes at rest.
+        segments: how many such paths, all with the same grasp; from 2 on with weights, the last one sometimes at rest.
     """
     chain = robot_called(name)
-    paths = [_path(chain, rng) for _ in range(jobs)]
-    if jobs > 1 and rng.random() < 0.3:
+    paths = [_path(chain, rng) for _ in range(segments)]
+    if segments > 1 and rng.random() < 0.3:
         paths[-1] = Task(np.repeat(paths[-1].poses[:1], 3, axis=0))
-    task = paths[0] if jobs == 1 else family([Job("", path, float(rng.choice([0.0, 0.5, 1.0, 3.0]))) for path in paths])
+    task = (
+        paths[0]
+        if segments == 1
+        else task_sequence([TaskSegment("", path, float(rng.choice([0.0, 0.5, 1.0, 3.0]))) for path in paths])
+    )
     arm = _arm(name, chain, rng, mounted, level)
     problem = reduced_problem(Cell(task, (arm,), max_joint_step=float(rng.choice([0.6, pi / 2, pi]))), arm)
     assert problem is not None

@@ -56,10 +56,12 @@ def assert_sound(cell: Cell, layout: Layout) -> None:
     assert layout.reasons == ()
     worst = [assert_placed(cell, arm, p) for arm, p in zip(cell.arms, layout.placements, strict=True)]
     assert layout.objective == pytest.approx(sum(p.objective for p in layout.placements), rel=1e-12)
-    assert [(job.first_pose, job.poses) for job in layout.jobs] == [(j.start, j.stop - j.start) for j in cell.task.jobs]
-    assert [job.name for job in layout.jobs] == list(cell.task.names)
-    shares = [job.objective for job in layout.jobs if job.objective is not None]
-    assert len(shares) == len(layout.jobs)
+    assert [(segment.first_pose, segment.poses) for segment in layout.segments] == [
+        (j.start, j.stop - j.start) for j in cell.task.segments
+    ]
+    assert [segment.name for segment in layout.segments] == list(cell.task.names)
+    shares = [segment.objective for segment in layout.segments if segment.objective is not None]
+    assert len(shares) == len(layout.segments)
     assert layout.objective == pytest.approx(sum(shares), rel=1e-12)
     check = layout.verification
     assert check is not None
@@ -92,7 +94,7 @@ def assert_placed(cell: Cell, arm: Arm, placement: Placement) -> tuple[float, fl
     place = np.array([*placement.position, placement.yaw])
     assert np.all(place >= arm.base.bounds[:, 0] - 1e-9)
     assert np.all(place <= arm.base.bounds[:, 1] + 1e-9)
-    step = max(float(np.max(np.abs(np.diff(joints[job], axis=0)), initial=0.0)) for job in cell.task.jobs)
+    step = max(float(np.max(np.abs(np.diff(joints[segment], axis=0)), initial=0.0)) for segment in cell.task.segments)
     assert step <= cell.max_joint_step + 1e-9
     cost = float(np.sum(cell.task.weights @ (arm.weights * (joints - arm.reference) ** 2)))
     assert placement.objective == pytest.approx(cost, rel=1e-9)

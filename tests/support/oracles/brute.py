@@ -72,29 +72,31 @@ def _paths(robot: Robot, layers: list[np.ndarray]) -> list[np.ndarray]:
 
 
 def path_cost(cell: Cell, arm: Arm, path: np.ndarray) -> float:
-    """Least objective of a path (m, 6) modulo 2π with joint 1 for yaw 0; the jobs of a family have their own turns."""
+    """Least objective of a path (m, 6) modulo 2π with joint 1 for yaw 0; the segments of a task sequence have their own
+    turns.
+    """
     total, firsts = 0.0, []
-    for job in cell.task.jobs:
-        steps = wrapped(np.diff(path[job], axis=0))
+    for segment in cell.task.segments:
+        steps = wrapped(np.diff(path[segment], axis=0))
         if np.max(np.abs(steps), initial=0.0) > cell.max_joint_step:
             return USELESS
-        way = np.concatenate([path[job][:1], path[job][:1] + np.cumsum(steps, axis=0)])
+        way = np.concatenate([path[segment][:1], path[segment][:1] + np.cumsum(steps, axis=0)])
         firsts.append(way[:, 0])
         for i in range(1, 6):
             lifted = way[:, i] + TURN * np.array(TURNS)[:, None]
             inside = np.all((lifted >= arm.lower[i]) & (lifted <= arm.upper[i]), axis=1)
             if not inside.any():
                 return USELESS
-            errors = cell.task.weights[job] * (lifted[inside] - arm.reference[i]) ** 2
+            errors = cell.task.weights[segment] * (lifted[inside] - arm.reference[i]) ** 2
             total += arm.weights[i] * np.sum(errors, axis=1).min()
     return float(total + _yaw_cost(arm, firsts, cell.task.weights))
 
 
 def _yaw_cost(arm: Arm, firsts: list[np.ndarray], weights: np.ndarray) -> float:
-    """Least cost of joint 1 over every allowed yaw and every turn of every job."""
+    """Least cost of joint 1 over every allowed yaw and every turn of every segment."""
     sigma = chain_of(arm.robot).vertical_sign
     best = USELESS
-    for others in product(TURNS, repeat=len(firsts) - 1):  # of the later jobs against the first
+    for others in product(TURNS, repeat=len(firsts) - 1):  # of the later segments against the first
         first = np.concatenate([way + TURN * turn for way, turn in zip(firsts, (0, *others), strict=True)])
         for turn in range(-6, 7):
             ends = [-sigma * yaw + TURN * turn for yaw in (arm.base.yaw.low, arm.base.yaw.high)]

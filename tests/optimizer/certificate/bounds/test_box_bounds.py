@@ -45,13 +45,15 @@ def test_no_sample_of_a_box_scores_below_its_bound(name):
 
 
 @pytest.mark.parametrize("name", ["puma560", "irb6700", "ur10e", "cr5"])
-def test_no_sample_of_a_box_scores_below_the_bound_of_a_family(name):
-    """Two or three jobs with weights (0 too), some of one pose, some with a part at rest; one yaw for all of them."""
+def test_no_sample_of_a_box_scores_below_the_bound_of_a_task_sequence(name):
+    """Two or three segments with weights (0 too), some of one pose, some with a part at rest; one yaw for all of
+    them.
+    """
     rng = np.random.default_rng(sum(map(ord, name)) + 2)
     pairs, good, trial = 0, 0, 0
     while pairs < 400:
         trial += 1
-        problem = random_problem(name, rng, mounted=trial % 3 == 2, jobs=2 + trial % 2)
+        problem = random_problem(name, rng, mounted=trial % 3 == 2, segments=2 + trial % 2)
         boxes = boxes_around(problem, BOXES, rng)
         if boxes is None:
             continue
@@ -67,14 +69,14 @@ def test_no_sample_of_a_box_scores_below_the_bound_of_a_family(name):
     assert good > 0.4 * pairs
 
 
-@pytest.mark.parametrize(("name", "jobs"), [("puma560", 1), ("ur5e", 1), ("puma560", 3), ("ur5e", 2)])
-def test_bounds_close_as_boxes_shrink(name, jobs):
+@pytest.mark.parametrize(("name", "segments"), [("puma560", 1), ("ur5e", 1), ("puma560", 3), ("ur5e", 2)])
+def test_bounds_close_as_boxes_shrink(name, segments):
     rng = np.random.default_rng(4)
-    problem = random_problem(name, rng, jobs=jobs)
+    problem = random_problem(name, rng, segments=segments)
     while (boxes := boxes_around(problem, 40, rng)) is None or (
         problem.weights is not None and not problem.weights.all()
     ):
-        problem = random_problem(name, rng, jobs=jobs)
+        problem = random_problem(name, rng, segments=segments)
     tiny = Boxes(boxes.centre, np.minimum(boxes.half, 1e-7), boxes.posture)
     found = BoxBounder.of(problem).bounds(tiny, np.inf)
     cost = attained(problem, tiny, tiny.centre)

@@ -25,12 +25,12 @@ TRIALS, BOXES, SAMPLES = 5, 100, 16
 
 
 @pytest.mark.parametrize("allow", [False, True], ids=["avoided", "allowed"])
-@pytest.mark.parametrize(("name", "jobs"), [("ur10e", 1), ("nova5", 1), ("ur5e", 2)])
-def test_no_usable_path_near_a_singularity_scores_below_the_bound(name, jobs, allow):
-    rng = np.random.default_rng([sum(map(ord, name)), jobs, allow])
+@pytest.mark.parametrize(("name", "segments"), [("ur10e", 1), ("nova5", 1), ("ur5e", 2)])
+def test_no_usable_path_near_a_singularity_scores_below_the_bound(name, segments, allow):
+    rng = np.random.default_rng([sum(map(ord, name)), segments, allow])
     usable, better = 0, 0.0
     for _ in range(TRIALS):
-        problem = singular_problem(name, rng, allow, jobs)
+        problem = singular_problem(name, rng, allow, segments)
         boxes = singular_boxes(problem, rng, BOXES)
         lower = BoxBounder.of(problem).bounds(boxes, np.inf).lower
         best = np.full(BOXES, np.inf)

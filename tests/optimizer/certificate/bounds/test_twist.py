@@ -18,7 +18,7 @@ def rules(rng, endless=False):
     if endless:
         lower[3], upper[3] = -np.inf, np.inf
     weights = rng.uniform(0.0, 2.0, 6) * (rng.random(6) < 0.8)
-    one = (slice(0, 1),), np.ones(0, dtype=bool), None  # a job of one pose
+    one = (slice(0, 1),), np.ones(0, dtype=bool), None  # a segment of one pose
     return Rules(lower, upper, rng.uniform(-3.0, 3.0, 6), weights, np.pi, Shifts(0.0, 0.0, True), *one)
 
 

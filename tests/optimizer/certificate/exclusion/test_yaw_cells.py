@@ -22,7 +22,7 @@ def _rules(rng: np.random.Generator, free: bool, counts: np.ndarray) -> Rules:
         weights=rng.uniform(0.5, 2.0, 6),
         max_step=1.0,
         shifts=Shifts(float(rng.uniform(-3.0, 3.0)), float(rng.uniform(0.1, 6.0)), free),
-        jobs=(slice(0, len(counts)),),
+        segments=(slice(0, len(counts)),),
         joined=np.ones(len(counts) - 1, dtype=np.bool_),
         counts=counts,
     )

@@ -62,7 +62,7 @@ def test_a_dwell_keeps_its_weight_and_reversal_keeps_the_choice():
     np.testing.assert_allclose(reverse.poses[::-1, :3, 3], short.poses[:, :3, 3], atol=1e-9)
 
 
-def test_jobs_stay_apart():
+def test_segments_stay_apart():
     task = replace(bent(), starts=(0, 1, 100), names=("a", "b", "c"))
     poses, short = shortened(task, 20)
     assert short.names == ("a", "b", "c")

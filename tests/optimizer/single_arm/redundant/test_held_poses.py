@@ -57,10 +57,10 @@ def test_nothing_depends_on_the_direction():
     assert np.allclose(one.cell.task.poses, other.cell.task.poses[::-1], atol=1e-4)
 
 
-def test_jobs_stay_apart_although_one_begins_where_the_other_ends():
+def test_segments_stay_apart_although_one_begins_where_the_other_ends():
     cell = resting(3, 100)
-    jobs = replace(cell, task=Task(cell.task.poses, (0, 50), weights=cell.task.weights))
-    held = with_held_poses(jobs, 6)
+    segments = replace(cell, task=Task(cell.task.poses, (0, 50), weights=cell.task.weights))
+    held = with_held_poses(segments, 6)
     assert held is not None
     assert held.cell.task.starts == (0, 4)
     assert len(held.cell.task) == 9

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from duocell.models.base.pose import rotation_z, transform
-from duocell.models.cell.family import Job, family
 from duocell.models.cell.task import Task, line
+from duocell.models.cell.task_sequence import TaskSegment, task_sequence
 from duocell.optimizer.reduction.box import search_box
 from duocell.optimizer.single_arm.redundant.key_poses import key_poses, on_the_way, reduced_to, shares
 from duocell.optimizer.single_arm.redundant.unreduced_problem import unreduced_problem
@@ -51,8 +51,8 @@ def test_a_dwell_is_looked_at_as_well_as_the_way():
     assert np.sum(weights[(keys >= 5) & (keys <= 206)]) > 0.9 * len(keys)
 
 
-def test_joints_go_linearly_from_key_to_key_within_each_job():
-    task = family([Job("a", straight(9)), Job("b", straight(5))])
+def test_joints_go_linearly_from_key_to_key_within_each_segment():
+    task = task_sequence([TaskSegment("a", straight(9)), TaskSegment("b", straight(5))])
     problem = problem_of(task)
     keys = np.array([0, 4, 8, 9, 13])
     matrix = shares(problem, keys)

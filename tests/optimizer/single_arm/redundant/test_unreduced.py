@@ -25,7 +25,7 @@ from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, unre
 from duocell.optimizer.single_arm.redundant.varied_paths import varied_paths
 from duocell.optimizer.single_arm.search import search_arm
 from duocell.optimizer.verification.verify import check
-from tests.support.given.families import possible_family
+from tests.support.given.task_sequences import possible_task_sequence
 from tests.support.given.tasks import possible
 from tests.support.oracles.answers import reached
 
@@ -69,8 +69,8 @@ def test_no_answer_is_worse_than_the_witness(name, mount):
 
 
 @pytest.mark.parametrize("name", ["iiwa14", "xarm7"])
-def test_families_are_served_by_one_base(name):
-    task = possible_family(name, np.random.default_rng(13), weights=(1.0, 0.3, 2.0), half=(0.4, 0.4, 0.0, np.pi))
+def test_task_sequences_are_served_by_one_base(name):
+    task = possible_task_sequence(name, np.random.default_rng(13), weights=(1.0, 0.3, 2.0), half=(0.4, 0.4, 0.0, np.pi))
     assert found(task.cell) <= objective_of(task.cell.task, task.arm, task.joints) * (1.0 + 1e-6)
 
 

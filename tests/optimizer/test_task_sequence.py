@@ -1,4 +1,6 @@
-"""Families: one base and one posture for several jobs, weighed against each other; nothing else ties the jobs."""
+"""Task sequences: one base and one posture for several segments, weighed against each other; nothing else ties the
+segments.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +11,8 @@ import pytest
 
 from duocell.models.base.pose import inverse, rotation_x, rotation_z, transform
 from duocell.models.cell.cell import Cell
-from duocell.models.cell.family import Job, family
 from duocell.models.cell.task import Task, line
+from duocell.models.cell.task_sequence import TaskSegment, task_sequence
 from duocell.models.kinematics.kinematics import flange_poses
 from duocell.models.robot.arm import Interval
 from duocell.optimizer.baselines.gradient import PostureFunction
@@ -21,7 +23,7 @@ from duocell.optimizer.reduction.reduced import evaluate, reduced_problem
 from duocell.optimizer.results.layout import Outcome
 from duocell.optimizer.settings import CertificateSettings, Settings
 from tests.support.given.arms import make_arm, region
-from tests.support.given.families import possible_family
+from tests.support.given.task_sequences import possible_task_sequence
 from tests.support.given.tasks import possible
 from tests.support.given.thesis import CELLS, MAIN_GRASP, UP_LEFT
 from tests.support.oracles.answers import assert_sound
@@ -44,25 +46,27 @@ def lines(*weights: float, **given) -> Cell:
         for turn, start, end in ((-0.8, [0.7, 0.3, 0.1], [1.0, 0.6, 0.1]), (-0.3, [0.7, 0.7, 0.0], [0.5, 0.6, 0.3]))
     ]
     arm = make_arm("puma560", base=region((-0.4, 1.4), (-0.4, 1.4)), grasp=MAIN_GRASP, reference=UP_LEFT, **given)
-    task = family([Job(f"line {k}", way, weight) for k, (way, weight) in enumerate(zip(ways, weights, strict=True))])
+    task = task_sequence(
+        [TaskSegment(f"line {k}", way, weight) for k, (way, weight) in enumerate(zip(ways, weights, strict=True))]
+    )
     return Cell(task, (arm,))
 
 
 def moved(cell: Cell, shift, turn=HERE) -> Cell:
-    """The second job shifted, its part turned."""
+    """The second segment shifted, its part turned."""
     poses = cell.task.poses.copy()
     poses[3:, :3, 3] += shift
     poses[3:, :3, :3] = poses[3:, :3, :3] @ turn
     return replace(cell, task=replace(cell.task, poses=poses))
 
 
-# --- what families have to do with plain tasks ------------------------------------------------------------------------
+# --- what task sequences have to do with plain tasks ------------------------------------------------------------------
 
 
-def test_a_family_of_one_job_is_the_plain_task():
+def test_a_task_sequence_of_one_segment_is_the_plain_task():
     proof = CertificateSettings(0.01, 60.0)
     plain = solved(LINE, certificate=proof)
-    one = solved(replace(LINE, task=family([Job("", LINE.task)])), certificate=proof)
+    one = solved(replace(LINE, task=task_sequence([TaskSegment("", LINE.task)])), certificate=proof)
     assert one.objective == plain.objective
     for have, want in zip(one.placements, plain.placements, strict=True):
         assert np.array_equal(have.joints, want.joints)
@@ -71,12 +75,14 @@ def test_a_family_of_one_job_is_the_plain_task():
     assert one.certificate.boxes == plain.certificate.boxes
 
 
-def test_a_job_done_twice_doubles_the_cost_and_keeps_the_base():
+def test_a_segment_done_twice_doubles_the_cost_and_keeps_the_base():
     proof = CertificateSettings(1e-3, 60.0)
     plain = solved(LINE, certificate=proof)
-    twice = solved(replace(LINE, task=family([Job("a", LINE.task), Job("b", LINE.task)])), certificate=proof)
+    twice = solved(
+        replace(LINE, task=task_sequence([TaskSegment("a", LINE.task), TaskSegment("b", LINE.task)])), certificate=proof
+    )
     assert twice.objective == pytest.approx(2.0 * plain.objective, rel=1e-7)
-    assert [job.objective for job in twice.jobs] == pytest.approx([plain.objective] * 2, rel=1e-7)
+    assert [segment.objective for segment in twice.segments] == pytest.approx([plain.objective] * 2, rel=1e-7)
     for have, want in zip(twice.placements, plain.placements, strict=True):
         assert have.position == pytest.approx(want.position, abs=1e-5)
         assert have.yaw == pytest.approx(want.yaw, abs=1e-5)
@@ -94,7 +100,7 @@ def test_weights_scale_the_objective():
 # --- what the weights do ----------------------------------------------------------------------------------------------
 
 
-def test_weights_draw_the_base_to_the_job_that_counts_and_nothing_is_better():
+def test_weights_draw_the_base_to_the_segment_that_counts_and_nothing_is_better():
     """Against a grid of bases whose branches, turns and yaws are tried one by one."""
     found = {}
     for weights in ((1.0, 1.0), (20.0, 1.0), (1.0, 20.0)):
@@ -105,17 +111,20 @@ def test_weights_draw_the_base_to_the_job_that_counts_and_nothing_is_better():
         assert layout.objective == pytest.approx(best, rel=1e-4)
         assert layout.certificate.lower_bound <= best * (1.0 + 1e-9)
         found[weights] = layout
-    shares = {weights: [job.objective / job.weight for job in layout.jobs] for weights, layout in found.items()}
+    shares = {
+        weights: [segment.objective / segment.weight for segment in layout.segments]
+        for weights, layout in found.items()
+    }
     for k, weights in enumerate(((20.0, 1.0), (1.0, 20.0))):
         assert shares[weights][k] < 0.98 * shares[1.0, 1.0][k]
         assert shares[weights][1 - k] > 1.02 * shares[1.0, 1.0][1 - k]
 
 
-def test_a_job_that_counts_for_nothing_still_has_to_be_possible():
+def test_a_segment_that_counts_for_nothing_still_has_to_be_possible():
     cell = lines(1.0, 0.0)
     alone = optimize(cell.alone(0))
     both = solved(cell)
-    assert both.jobs[1].objective == 0.0
+    assert both.segments[1].objective == 0.0
     assert both.objective >= alone.objective * (1.0 - 1e-9)
     assert optimize(moved(cell, [9.0, 0.0, 0.0])).outcome is Outcome.INFEASIBLE
 
@@ -126,7 +135,7 @@ def test_the_reduced_problem_is_the_best_of_all_turns_and_yaws(name):
     for seed in range(6):
         rng = np.random.default_rng(seed)
         yaw = (np.pi, 0.4, 0.0)[seed % 3]
-        task = possible_family(
+        task = possible_task_sequence(
             name, rng, (1.0, 0.3, 2.0)[: 2 + seed % 2], poses=3, half=(0.3, 0.3, 0.0, yaw), tight=(None, 1.5)[seed % 2]
         )
         places = np.concatenate([task.position[None], task.position + rng.uniform(-0.1, 0.1, (5, 3)) * [1, 1, 0]])
@@ -139,25 +148,29 @@ def test_the_reduced_problem_is_the_best_of_all_turns_and_yaws(name):
         assert np.isfinite(best[0])
 
 
-# --- what may differ between jobs, and what may not -------------------------------------------------------------------
+# --- what may differ between segments, and what may not ---------------------------------------------------------------
 
 
-def test_jobs_may_lie_on_different_turns():
-    """Both ways are the same but for a whole turn of joint 6, which the limits force upon the second job's grasp."""
+def test_segments_may_lie_on_different_turns():
+    """Both ways are the same but for a whole turn of joint 6, which the limits force upon the second segment's
+    grasp.
+    """
     task = possible("ur10e", np.random.default_rng(4), poses=4, half=(0.2, 0.2, 0.0, np.pi))
     arm = replace(task.arm, reference=task.joints.mean(axis=0))
     turned = task.cell.task.poses.copy()
     turned[:, :3, :3] = turned[:, :3, :3] @ rotation_z(3.0)
-    cell = replace(task.cell, task=family([Job("a", task.cell.task), Job("b", Task(turned))]), arms=(arm,))
+    cell = replace(
+        task.cell, task=task_sequence([TaskSegment("a", task.cell.task), TaskSegment("b", Task(turned))]), arms=(arm,)
+    )
     layout = solved(cell)
     jump = layout.placements[0].joints[4] - layout.placements[0].joints[3]
-    assert np.abs(jump).max() > cell.max_joint_step  # which no step within a job may be
+    assert np.abs(jump).max() > cell.max_joint_step  # which no step within a segment may be
 
 
-def test_a_long_way_from_job_to_job_is_no_step():
-    task = possible_family("puma560", np.random.default_rng(3), half=(0.05, 0.05, 0.0, np.pi))
+def test_a_long_way_from_segment_to_segment_is_no_step():
+    task = possible_task_sequence("puma560", np.random.default_rng(3), half=(0.05, 0.05, 0.0, np.pi))
     joints = solved(task.cell).placements[0].joints
-    inside = max(np.abs(np.diff(joints[job], axis=0)).max() for job in task.cell.task.jobs)
+    inside = max(np.abs(np.diff(joints[segment], axis=0)).max() for segment in task.cell.task.segments)
     between = np.abs(joints[4] - joints[3]).max()
     assert inside < between
     tight = replace(task.cell, max_joint_step=0.98 * inside)
@@ -168,8 +181,8 @@ def test_a_long_way_from_job_to_job_is_no_step():
     assert not optimize(plain).usable or between <= 1.02 * inside
 
 
-def test_an_arm_keeps_its_posture_in_all_jobs():
-    """Each job is possible in one posture only, by the limits of joint 5, and not in the same one."""
+def test_an_arm_keeps_its_posture_in_all_segments():
+    """Each segment is possible in one posture only, by the limits of joint 5, and not in the same one."""
     arm = make_arm("puma560", base=region(0.0, 0.0, 0.0, 0.0))
     up = np.array([0.1, -0.6, 2.4, 0.3, 0.5, 0.1])
     down = np.array([0.1, -0.6, 2.4, 0.3, -0.5, 0.1])
@@ -178,12 +191,12 @@ def test_an_arm_keeps_its_posture_in_all_jobs():
     narrow = replace(narrow, reference=0.5 * (narrow.lower + narrow.upper))
     for task in tasks:
         assert optimize(Cell(task, (narrow,))).outcome is Outcome.OPTIMAL
-    layout = optimize(Cell(family([Job("up", tasks[0]), Job("down", tasks[1])]), (narrow,)))
+    layout = optimize(Cell(task_sequence([TaskSegment("up", tasks[0]), TaskSegment("down", tasks[1])]), (narrow,)))
     assert layout.outcome is Outcome.INFEASIBLE
     assert {reason.kind for reason in layout.reasons} >= {"jobs"}
 
 
-def test_grasps_of_jobs_are_where_the_hand_goes():
+def test_grasps_of_segments_are_where_the_hand_goes():
     """A part that is turned about, gripped where it was before, is the same to the arm."""
     cell = lines(1.0, 2.0)
     turn = transform(rotation_x(0.7) @ rotation_z(1.0), [0.1, -0.2, 0.05])
@@ -204,20 +217,20 @@ def test_grasps_of_jobs_are_where_the_hand_goes():
 
 
 @pytest.mark.parametrize("name", ["iiwa14", "fanuc_crx10ia", "yumi_left"])
-def test_arms_without_a_reduced_problem_do_several_jobs(name):
-    task = possible_family(name, np.random.default_rng(1), (1.0, 2.0), half=(0.1, 0.1, 0.0, 0.5))
+def test_arms_without_a_reduced_problem_do_several_segments(name):
+    task = possible_task_sequence(name, np.random.default_rng(1), (1.0, 2.0), half=(0.1, 0.1, 0.0, 0.5))
     layout = solved(task.cell)
     witness = task.cell.task.weights @ (task.arm.weights * (task.joints - task.arm.reference) ** 2)
     assert layout.objective <= 1.05 * float(np.sum(witness))
 
 
-def test_a_tilted_arm_with_postures_keeps_one_in_all_jobs():
+def test_a_tilted_arm_with_postures_keeps_one_in_all_segments():
     mount = rotation_x(0.4)
-    task = possible_family("ur5e", np.random.default_rng(2), half=(0.05, 0.05, 0.0, 0.3), mount=mount)
+    task = possible_task_sequence("ur5e", np.random.default_rng(2), half=(0.05, 0.05, 0.0, 0.3), mount=mount)
     solved(task.cell)
 
 
-def test_penalty_methods_know_jobs_and_weights():
+def test_penalty_methods_know_segments_and_weights():
     cell = lines(1.0, 3.0)
     problem = reduced_problem(cell, cell.arms[0])
     best = solved(cell).placements[0]
@@ -228,7 +241,7 @@ def test_penalty_methods_know_jobs_and_weights():
     assert run.objective >= best.objective * (1.0 - 1e-6)
 
 
-def test_gradients_of_penalty_methods_know_jobs_and_weights():
+def test_gradients_of_penalty_methods_know_segments_and_weights():
     cell = lines(0.5, 3.0)
     problem = reduced_problem(cell, cell.arms[0])
     best = solved(cell).placements[0]
@@ -237,20 +250,20 @@ def test_gradients_of_penalty_methods_know_jobs_and_weights():
     path = constrained.function.begin(start)
     penalty = exterior(3.0, 0.5)  # with a margin that all limits and steps break
     point = constrained.at(path, penalty)
-    assert len(constrained.rows(path)) == 2 * 6 * 6 + 2 * 4 * 6 + 3 * 6 + 4  # no step from job to job
+    assert len(constrained.rows(path)) == 2 * 6 * 6 + 2 * 4 * 6 + 3 * 6 + 4  # no step from segment to segment
     for i, unit in enumerate(np.eye(len(point.x))):
         ahead, behind = (constrained.step(point.x + sign * 1e-6 * unit, path, penalty).value for sign in (1.0, -1.0))
         assert point.gradient[i] == pytest.approx((ahead - behind) / 2e-6, rel=1e-5, abs=1e-4)
 
 
-# --- impossible families ----------------------------------------------------------------------------------------------
+# --- impossible task sequences ----------------------------------------------------------------------------------------
 
 
-def test_the_job_that_is_out_of_reach_is_named():
+def test_the_segment_that_is_out_of_reach_is_named():
     layout = optimize(moved(lines(1.0, 1.0), [9.0, 0.0, 0.0]))
     assert layout.outcome is Outcome.INFEASIBLE
     assert layout.proved
-    assert [job.objective for job in layout.jobs] == [None, None]
+    assert [segment.objective for segment in layout.segments] == [None, None]
     for reason in layout.reasons:
         assert reason.kind == "out_of_reach"
         assert set(reason.poses) <= {3, 4, 5}
@@ -258,7 +271,7 @@ def test_the_job_that_is_out_of_reach_is_named():
         assert "line 0" not in reason.detail
 
 
-def test_the_job_that_breaks_a_joint_limit_is_named():
+def test_the_segment_that_breaks_a_joint_limit_is_named():
     """Half a metre above the shoulder a tool can point up but not down: joint 5 would have to fold back too far."""
     cell = lines(1.0, 1.0)
     poses = transform(np.eye(3), cell.task.poses[:, :3, 3] + [0.0, 0.0, 0.4])
@@ -275,7 +288,7 @@ def test_the_job_that_breaks_a_joint_limit_is_named():
     assert first.detail.endswith("[job line 1]")
 
 
-def test_jobs_too_far_apart_for_one_base_say_so():
+def test_segments_too_far_apart_for_one_base_say_so():
     cell = lines(1.0, 1.0)
     wide = Interval(-3.0, 4.0)
     arm = replace(cell.arms[0], base=replace(cell.arms[0].base, x=wide, y=wide))

@@ -1,4 +1,4 @@
-"""Families that are possible by construction: several short ways of one arm from one base, in one posture."""
+"""Task sequences that are possible by construction: several short ways of one arm from one base, in one posture."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 
 from duocell.models.base.pose import inverse
-from duocell.models.cell.family import Job, family
 from duocell.models.cell.task import Task
+from duocell.models.cell.task_sequence import TaskSegment, task_sequence
 from duocell.models.kinematics.kinematics import flange_poses
 from duocell.models.robot.robot import Robot
 from tests.support.given.tasks import Possible, possible, way_of_joints
 from tests.support.oracles.signs import axis_signs
 
 
-def possible_family(
+def possible_task_sequence(
     robot: str | Robot,
     rng: np.random.Generator,
     weights: tuple[float, ...] = (1.0, 1.0),
@@ -24,13 +24,13 @@ def possible_family(
     step: float = 0.12,
     **given: Any,
 ) -> Possible:
-    """A random possible family.
+    """A random possible task sequence.
 
     Args:
         robot: a name or a robot.
         rng: source of chance.
-        weights: of the jobs; there are as many.
-        poses: of each job. step: rad, typical change of a joint between them.
+        weights: of the segments; there are as many.
+        poses: of each segment. step: rad, typical change of a joint between them.
         given: as for `tests.support.given.tasks.possible`.
     """
     first = possible(robot, rng, poses=poses, step=step, **given)
@@ -44,5 +44,7 @@ def possible_family(
             ways.append(joints)
     tasks = [Task(base @ flange_poses(arm.robot, joints) @ arm.tool @ inverse(arm.grasp)) for joints in ways]
     names = "abcdefgh"
-    jobs = [Job(names[k], task, weight) for k, (task, weight) in enumerate(zip(tasks, weights, strict=True))]
-    return replace(first, cell=replace(first.cell, task=family(jobs)), joints=np.concatenate(ways))
+    segments = [
+        TaskSegment(names[k], task, weight) for k, (task, weight) in enumerate(zip(tasks, weights, strict=True))
+    ]
+    return replace(first, cell=replace(first.cell, task=task_sequence(segments)), joints=np.concatenate(ways))

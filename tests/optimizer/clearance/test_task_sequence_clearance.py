@@ -1,4 +1,4 @@
-"""Clearances of families: every job is looked at by itself, with the part as its own grasps leave it."""
+"""Clearances of task sequences: every segment is looked at by itself, with the part as its own grasps leave it."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import pytest
 
 from duocell.models.base.pose import inverse, rotation_z, transform
 from duocell.models.cell.cell import Cell
-from duocell.models.cell.family import Job, family
 from duocell.models.cell.task import Task
+from duocell.models.cell.task_sequence import TaskSegment, task_sequence
 from duocell.models.collision.collision import CollisionModel
 from duocell.models.geometry.shapes import Body, Sphere
 from duocell.optimizer.clearance.clearance import check_clearance
@@ -31,13 +31,13 @@ WAY = 0.0, 0.0, -0.36
 """m, downwards in three long steps."""
 
 
-def in_two_jobs(scene: Scene, regripped: bool = False) -> Scene:
-    """The same way cut in two; in the second job the beam may lie in the hands in another place."""
+def in_two_segments(scene: Scene, regripped: bool = False) -> Scene:
+    """The same way cut in two; in the second segment the beam may lie in the hands in another place."""
     poses, arms = scene.cell.task.poses.copy(), scene.cell.arms
     if regripped:
         poses[3:] = poses[3:] @ SHIFT
         arms = tuple(replace(arm, grasps=np.array([arm.grasp, inverse(SHIFT) @ arm.grasp])) for arm in arms)
-    task = family([Job("a", Task(poses[:3])), Job("b", Task(poses[3:]))])
+    task = task_sequence([TaskSegment("a", Task(poses[:3])), TaskSegment("b", Task(poses[3:]))])
     return replace(scene, cell=replace(scene.cell, task=task, arms=arms))
 
 
@@ -47,12 +47,12 @@ def clearance_of(scene: Scene, cell: Cell, joints):
 
 
 @pytest.mark.parametrize("regripped", [False, True])
-def test_a_family_keeps_what_its_jobs_keep(regripped):
-    scene = in_two_jobs(SCENE, regripped)
+def test_a_task_sequence_keeps_what_its_segments_keep(regripped):
+    scene = in_two_segments(SCENE, regripped)
     both = clearance_of(scene, scene.cell, scene.joints)
     alone = [
-        clearance_of(scene, scene.cell.alone(k), [q[job] for q in scene.joints])
-        for k, job in enumerate(scene.cell.task.jobs)
+        clearance_of(scene, scene.cell.alone(k), [q[segment] for q in scene.joints])
+        for k, segment in enumerate(scene.cell.task.segments)
     ]
     assert both.samples == sum(one.samples for one in alone)
     assert not both.breaks
@@ -65,29 +65,29 @@ def test_a_family_keeps_what_its_jobs_keep(regripped):
 
 
 def test_what_may_be_touched_moves_with_the_grasp():
-    """Where the hands are in one job is forbidden in the other."""
-    scene = in_two_jobs(SCENE, regripped=True)
+    """Where the hands are in one segment is forbidden in the other."""
+    scene = in_two_segments(SCENE, regripped=True)
     model = CollisionModel(scene.cell.arms, scene.surroundings)
     poses = scene.cell.task.poses
-    for k, job in ((0, 0), (4, 1)):
+    for k, segment in ((0, 0), (4, 1)):
         contacts = [model.contacts(scene.bases, [q[k] for q in scene.joints], poses[k], other) for other in (0, 1)]
-        assert contacts[job]["arm_part"].distance > contacts[1 - job]["arm_part"].distance + 0.01
+        assert contacts[segment]["arm_part"].distance > contacts[1 - segment]["arm_part"].distance + 0.01
 
 
-def test_nothing_is_in_the_way_from_job_to_job():
+def test_nothing_is_in_the_way_from_segment_to_segment():
     poses = beam_pair(count=4, shift=WAY).cell.task.poses
     middle = 0.5 * (poses[2, :3, 3] + poses[3, :3, 3])
     bead = Body("bead", transform(np.eye(3), middle), Sphere(0.01))
     scene = beam_pair(count=4, obstacles=(bead,), shift=WAY)
     whole = clearance_of(scene, scene.cell, scene.joints)
-    cut = in_two_jobs(scene)
-    jobs = clearance_of(cut, cut.cell, scene.joints)
-    part = [next(found for found in one.classes if found.kind == "part_obstacle") for one in (whole, jobs)]
+    cut = in_two_segments(scene)
+    segments = clearance_of(cut, cut.cell, scene.joints)
+    part = [next(found for found in one.classes if found.kind == "part_obstacle") for one in (whole, segments)]
     assert part[0].distance < 0.0 < part[1].distance
 
 
-def test_samples_leave_out_the_way_from_job_to_job():
-    scene = in_two_jobs(SCENE, regripped=True)
+def test_samples_leave_out_the_way_from_segment_to_segment():
+    scene = in_two_segments(SCENE, regripped=True)
     cell = replace(scene.cell, surroundings=scene.surroundings)
     points = [ArmPoint(base[:3, 3], np.pi / 2, q) for base, q in zip(scene.bases, scene.joints, strict=True)]
     samples = sample_path(cell, CoupledScene.of(cell).path, scene.bases, points)
@@ -95,14 +95,14 @@ def test_samples_leave_out_the_way_from_job_to_job():
     between = (samples.fraction > 0.0) & (samples.fraction < 1.0)
     assert 2 not in samples.step[between]
     assert set(samples.step[between]) == {0, 1, 3, 4}
-    assert samples.jobs.tolist() == (samples.step + samples.fraction >= 3.0).astype(int).tolist()
+    assert samples.segments.tolist() == (samples.step + samples.fraction >= 3.0).astype(int).tolist()
     for q, joints in zip(samples.joints, scene.joints, strict=True):
         assert np.array_equal(q[samples.fraction == 0.0], joints[:-1])
 
 
-def test_a_coupled_family_is_solved_and_its_layout_scored_alike():
-    """Clean in every job; the same figures when the layout is given."""
-    scene = in_two_jobs(SCENE, regripped=True)
+def test_a_coupled_task_sequence_is_solved_and_its_layout_scored_alike():
+    """Clean in every segment; the same figures when the layout is given."""
+    scene = in_two_segments(SCENE, regripped=True)
     arms = [
         replace(arm, base=region(base[0, 3] + np.array([-0.2, 0.2]), base[1, 3] + np.array([-0.2, 0.2]), base[2, 3]))
         for arm, base in zip(scene.cell.arms, scene.bases, strict=True)
@@ -120,10 +120,12 @@ def test_a_coupled_family_is_solved_and_its_layout_scored_alike():
     scored = evaluate_layout(given, [found.joints for found in layout.placements])
     assert scored.outcome is Outcome.FEASIBLE
     assert scored.objective == pytest.approx(layout.objective, rel=1e-9)
-    assert [job.objective for job in scored.jobs] == pytest.approx([job.objective for job in layout.jobs], rel=1e-9)
+    assert [segment.objective for segment in scored.segments] == pytest.approx(
+        [segment.objective for segment in layout.segments], rel=1e-9
+    )
     for k in (0, 1):
-        alone = evaluate_layout(given.alone(k), [found.joints[given.task.jobs[k]] for found in layout.placements])
+        alone = evaluate_layout(given.alone(k), [found.joints[given.task.segments[k]] for found in layout.placements])
         assert alone.outcome is Outcome.FEASIBLE
-        assert alone.objective == pytest.approx(scored.jobs[k].objective, rel=1e-9)
+        assert alone.objective == pytest.approx(scored.segments[k].objective, rel=1e-9)
     searched = evaluate_layout(given)
     assert searched.objective <= layout.objective * (1.0 + 1e-6)

@@ -1,6 +1,6 @@
 # duocell: every target makes the environment it needs. Needs python3 (>= 3.11, with venv) and make, nothing else.
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check lint format types floors audit openapi fuzz bench serve lock image clean
+.PHONY: help setup demo test check lint format types floors audit openapi rooms fuzz bench serve lock image clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -58,6 +58,9 @@ audit: setup ## known vulnerabilities of what is locked (ARGS=--strict: fail if 
 
 openapi: setup ## write docs/openapi.json, from which clients are made
 	@$(BIN)/python .ci/write_openapi.py docs/openapi.json
+
+rooms: setup ## draw docs/rooms.svg, the rooms and what they import
+	@$(BIN)/python .ci/draw_rooms.py docs/rooms.svg
 
 fuzz: setup ## send a server thousands of requests, good and bad (ARGS=300 for more)
 	@$(BIN)/python -m tests.clients.fuzz $(ARGS)

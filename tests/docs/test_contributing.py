@@ -1,0 +1,121 @@
+"""CONTRIBUTING.md: its examples work, its commands and files exist."""
+
+import csv
+import json
+import re
+import shlex
+from dataclasses import replace
+from math import cos, radians, sin
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.kinematics import flange_poses
+from duocell.optimizer.optimize import optimize
+from duocell.service.requests.accept import accept
+from duocell.service.requests.convert import cell_of, settings_of
+from duocell.service.schemas.request import LayoutRequest
+from duocell.service.settings import Limits
+from duocell.service.validation import validate
+from duocell.service.workers.solving import solve_request
+from tests.support.markdown import blocks_of
+from tests.support.oracles.answers import assert_sound
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "CONTRIBUTING.md"
+TEXT, BLOCKS = PAGE.read_text(encoding="utf-8"), blocks_of(PAGE)
+LINE: dict[str, Any] = json.loads((ROOT / "examples" / "line.json").read_text())
+
+
+def names_of(kind: str) -> dict[str, Any]:
+    """What the one example of a kind defines."""
+    (block,) = [block for block in BLOCKS if block.kind == f"python {kind}"]
+    names: dict[str, Any] = {"__name__": f"example_{kind}"}
+    exec(compile(block.text, str(block), "exec"), names)
+    return names
+
+
+def test_every_block_is_checked_by_a_test() -> None:
+    assert {block.kind for block in BLOCKS} == {"sh", "python robot", "python coupling", "python export"}
+
+
+def test_every_file_that_is_named_exists() -> None:
+    examples = {"models/cell/coupling/raised.py", "service/results/joint_table.py"}
+    named = set(
+        re.findall(r"`((?:service|optimizer|models|tests|docs|bench|src)/[\w./-]*|[\w-]+\.(?:toml|md|lock))`", TEXT)
+    )
+    assert named > examples
+    tables = {f"models/catalogue/robots/{name}" for name in ("arms.toml", "frames.toml", "links.toml")}
+    missing = {name for name in named - examples if not (ROOT / name).exists()}
+    assert {f"models/catalogue/robots/{name}" for name in missing} == tables
+    assert all((ROOT / table).exists() for table in tables)
+    for target in re.findall(r"\]\(([^)\s]+)\)", TEXT):
+        assert (ROOT / target).exists(), target
+
+
+def test_every_command_exists() -> None:
+    makefile = (ROOT / "Makefile").read_text()
+    for line in (line for block in BLOCKS if block.kind == "sh" for line in block.commands):
+        words = [word for word in shlex.split(line) if not re.match(r"\w+=", word)]
+        if words[0] == "make":
+            assert re.search(rf"^{words[1]}: ", makefile, re.M), line
+        elif words[1:2] == ["-m"]:
+            assert (ROOT / f"{words[2].replace('.', '/')}.py").exists()
+        else:
+            assert words[0].split("/")[-1] in ("grep", "lint-imports")
+
+
+def test_as_many_files_as_are_said_take_weights_or_references() -> None:
+    (said,) = re.findall(r"take weights or references from an arm \((\d+)\)", TEXT)
+    found = [
+        path for path in (ROOT / "optimizer").rglob("*.py") if re.search(r"arm\.(weights|reference)", path.read_text())
+    ]
+    assert int(said) == len(found), "say the new number in CONTRIBUTING.md"
+
+
+def test_the_robot_is_that_of_its_table_and_is_placed() -> None:
+    names = names_of("robot")
+    robot, expected = names["bench_arm"](), np.eye(4)
+    q = np.array([0.3, -1.2, 0.4, 0.7, -0.9, 1.1])
+    for (alpha, a, d, _, _), angle in zip(names["TABLE"], q, strict=True):
+        c, s, ca, sa = cos(angle), sin(angle), cos(radians(alpha)), sin(radians(alpha))
+        a, d = a / 1000.0, d / 1000.0
+        expected = expected @ [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]]
+    assert np.abs(flange_poses(robot, q)[0] - expected).max() < 1e-12
+    assert closed_form(robot) is not None
+    request = validate(LayoutRequest, {**LINE, "arms": LINE["arms"][:1], "certificate": None})
+    cell = cell_of(request)
+    arm = replace(
+        cell.arms[0], robot=robot, lower=robot.lower, upper=robot.upper, reference=robot.reference, weights=np.ones(6)
+    )
+    cell = replace(cell, arms=(arm,))
+    layout = optimize(cell, settings_of(request, 60.0))
+    assert layout.usable
+    assert_sound(cell, layout)
+
+
+def test_the_coupling_is_kept() -> None:
+    height = -0.15
+    raised = names_of("coupling")["Raised"]((0, 1), height)
+    arms = [{**arm, "base": {**arm["base"], "z": [-0.2, 0.2]}} for arm in LINE["arms"]]
+    request = validate(LayoutRequest, {**LINE, "arms": arms, "certificate": None})
+    free = cell_of(request)
+    tied, loose = (optimize(cell, settings_of(request, 60.0)) for cell in (replace(free, couplings=(raised,)), free))
+    first, second = (placement.position for placement in tied.placements)
+    assert second[2] - first[2] == pytest.approx(height, abs=1e-6)
+    assert tied.objective is not None
+    assert loose.objective is not None
+    assert tied.objective >= loose.objective - 1e-6
+    assert_sound(free, tied)
+
+
+def test_the_export_has_a_row_per_arm_and_pose(tmp_path: Path) -> None:
+    accepted = accept(json.dumps({**LINE, "certificate": None}).encode(), Limits())
+    result = solve_request(accepted.text, accepted.request_hash, 60.0)
+    names_of("export")["write_joint_table"]({"result": result}, tmp_path / "joints.csv")
+    rows = list(csv.reader((tmp_path / "joints.csv").read_text(encoding="utf-8").splitlines()))
+    assert [row[:2] for row in rows] == [[arm["name"], str(pose)] for arm in result["arms"] for pose in range(10)]
+    assert [float(value) for value in rows[-1][2:]] == result["arms"][-1]["joints"][-1]

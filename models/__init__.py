@@ -1,1 +1,1 @@
-"""What there is: robots, cells, their geometry and kinematics."""
+"""What robots and cells are: kinematics, geometry, catalogue, tasks. Nothing here searches or answers requests."""

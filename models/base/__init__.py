@@ -1,1 +1,1 @@
-"""What everything else is made of: arrays, errors, poses, tolerances, spread points."""
+"""What everything else is made of: arrays, errors, poses, tolerances, evenly spread points."""

@@ -1,1 +1,1 @@
-"""Triangle meshes: reading them, and the convex bodies that stand for them."""
+"""Shapes, meshes and the convex bodies that stand for them, and distances between two of them."""

@@ -1,1 +1,1 @@
-"""One arm: its chain with limits, its named frames, its postures, and what it is set up with."""
+"""One arm: its kinematic chain and limits, its postures, and how it is set up in a cell."""

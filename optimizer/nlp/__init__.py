@@ -1,1 +1,1 @@
-"""Nonlinear programs of whole cells and of one arm: rows, exact derivatives, IPOPT, and what a point means."""
+"""Nonlinear programs of one arm or of whole cells: unknowns, rows, exact derivatives, and IPOPT."""

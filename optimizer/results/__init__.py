@@ -1,1 +1,1 @@
-"""What comes out: layouts and what was found out about them, free of any engine's types."""
+"""What comes out: layouts and what was found out about them, as plain data without types of any engine."""

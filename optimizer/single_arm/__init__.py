@@ -1,1 +1,1 @@
-"""The search of one arm that nothing couples to others."""
+"""The search of one arm by itself: allowed bases are screened, and the best different ones solved."""

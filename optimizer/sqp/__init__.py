@@ -1,1 +1,1 @@
-"""Sequential quadratic programming over whole layouts: the programs that are solved on the way to a clean optimum."""
+"""Sequential quadratic programming over whole layouts, until they keep every distance at and between their poses."""

@@ -1,1 +1,1 @@
-"""Whether an arm can go the whole way of a task, not only take its poses."""
+"""Checks of a path with numbers that did not produce it: poses, limits, posture, and the way between the poses."""

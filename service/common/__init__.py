@@ -1,1 +1,1 @@
-"""What every room of the service may use: problems and issues, numbers and moments, names of routes."""
+"""What every room of the service may use: problems and issues, numbers and timestamps, names of routes."""

@@ -1,1 +1,1 @@
-"""The floor plan of a layout."""
+"""The floor plan of a layout, drawn with matplotlib, which no other room loads."""

@@ -1,1 +1,1 @@
-"""How the service speaks HTTP."""
+"""What HTTP needs beside the endpoints: bodies, headers, keys, rates, problem documents, the OpenAPI document."""

@@ -1,1 +1,1 @@
-"""What users brought: robots and meshes, kept as files, and the robots of the catalogue beside them."""
+"""Robots and meshes that users brought, kept as files, beside the robots of the catalogue."""

@@ -1,1 +1,1 @@
-"""The way of a request into the house."""
+"""From a body to a cell, or to everything that is wrong with it."""

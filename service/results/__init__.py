@@ -1,1 +1,1 @@
-"""From layouts to the JSON documents of the contract, and those of older versions."""
+"""From layouts to the JSON documents of the contract, and from those of older versions."""

@@ -1,1 +1,1 @@
-"""Where jobs outlive the process: `job_store` says what is promised, `sql` keeps it in SQLite or PostgreSQL."""
+"""Where jobs outlive the process: SQLite or PostgreSQL, behind the promise of `duocell.service.jobs.job_store`."""

@@ -1,1 +1,1 @@
-"""The processes that solve, and the server's side of them."""
+"""The processes that solve, read large requests and read uploads, and the server's side of them."""

@@ -1,1 +1,1 @@
-"""Whole layouts out of a pool of candidates per arm: for arms whose candidates are few and looked at closely."""
+"""Whole layouts put together from a pool of candidates per arm, for arms that have few of them."""

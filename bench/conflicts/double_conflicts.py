@@ -1,5 +1,6 @@
-"""``python -m bench.conflicts.double_conflicts [--count N] [--first SEED] [--file PATH]``: what if one change is not
-enough?
+"""What is said where one change is not enough.
+
+``python -m bench.conflicts.double_conflicts [--count N] [--first SEED] [--file PATH]``
 
 Into a cell of which a layout is known two constraints of different kinds are planted that this layout breaks. duocell
 is asked why there is none, every change that is told is made as it is told, and the changed cell is solved anew.

@@ -1,5 +1,6 @@
-"""``python -m bench.conflicts.planted_conflicts [--count N] [--first SEED] [--file PATH]``: is what blocks named, and
-undone?
+"""Whether what blocks a cell is named, and a change told that undoes it.
+
+``python -m bench.conflicts.planted_conflicts [--count N] [--first SEED] [--file PATH]``
 
 Into a cell of which a layout is known one constraint is planted that this layout breaks by a known amount. Where that
 leaves no layout, duocell is asked why: is the planted constraint in the set, and is a change told that is no more than

@@ -1,7 +1,7 @@
-"""What one arm can do from many base places among obstacles: `bench.searches.own_stands`, floor, and balls inside of
-its bodies.
+"""What one arm can do from many base places among obstacles.
 
-Balls only tell what surely collides: what they pass is looked at again by whoever asks.
+That is `bench.searches.own_stands`, the floor, and balls inside of its bodies. Balls only tell what surely collides:
+what they pass is looked at again by whoever asks.
 """
 
 from __future__ import annotations

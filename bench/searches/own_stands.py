@@ -1,5 +1,4 @@
-"""What one arm can do from given base places, by `bench.searches.own_arm` alone: paths, yaw, cost and what is wrong
-with them.
+"""What one arm can do from given base places, by `bench.searches.own_arm` alone: paths, yaw, cost, violations.
 
 The rules are those of the product, read a second time: one branch for all poses, joints that go on without jumps inside
 a segment, any turns a segment likes, the yaw of the base shared by all segments, wrists away from their singularity.

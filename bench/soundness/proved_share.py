@@ -1,6 +1,6 @@
-"""What is proved of the real cells: ``python -m bench.soundness.proved_share``; numbers 0 to 99, 100 the beam, 101 the
-door cell.
+"""What is proved of the real cells: ``python -m bench.soundness.proved_share``.
 
+Numbers 0 to 99 are the hundred of `bench.draws.cells`, 100 is the beam, 101 the door cell.
 Every cell is asked with a certificate: gap 1 %, some seconds. CPU time is shared out between search and proof as wall
 time was. A "no" is held against the layout that a cell was drawn around, or against `bench.judges.exhaustive`; so is
 silence.

@@ -1,5 +1,4 @@
-"""``python -m bench.trials.followed``: are the answers to random tasks of one arm followable, as a dense judge follows
-them?
+"""Whether a dense judge can follow the answers to random tasks of one arm: ``python -m bench.trials.followed``.
 
 Tasks are those of `bench.random_arms.draw`, kind by kind in turn, every second one with only the ends and perhaps the
 middle of its way as poses, twice as far apart: between few poses there is more to get lost in. Every answer is followed

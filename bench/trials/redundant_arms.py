@@ -1,5 +1,6 @@
-"""Arms without a reduced problem against long searches: ``python -m bench.trials.redundant_arms [--count N] [--file
-PATH]``.
+"""Arms without a reduced problem against long searches.
+
+``python -m bench.trials.redundant_arms [--count N] [--file PATH]``
 
 Every task is one arm of the catalogue that has seven joints or an offset wrist, which some drawn path is known to do.
 ``--kind`` asks for others (`bench.draws.redundant_draw.KINDS`): joints without end and without weight, hundreds of

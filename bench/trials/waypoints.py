@@ -1,8 +1,7 @@
-"""Way-points made along a path that an arm is known to follow: ``python -m bench.trials.waypoints``; every "no" is
-wrong.
+"""Way-points made along a path that an arm is known to follow: ``python -m bench.trials.waypoints``.
 
-One arm, 4, 16 or 32 poses a few centimetres apart, the ground, self clearance, conditioning and short joint steps: the
-path is drawn in the joints first, checked here, and only its poses are told.
+Every "no" is wrong. One arm, 4, 16 or 32 poses a few centimetres apart, the ground, self clearance, conditioning and
+short joint steps: the path is drawn in the joints first, checked here, and only its poses are told.
 """
 
 from __future__ import annotations

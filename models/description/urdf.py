@@ -48,8 +48,7 @@ def robot_from_urdf(path: Path | str, base_link: str | None = None, tip: str | N
     Args:
         path: the file.
         base_link: link that becomes the base frame; default: see `duocell.models.description.chain_choice`. It may be
-        any link
-            that is rigidly fixed to the one on which the first joint hangs.
+            any link that is rigidly fixed to the one on which the first joint hangs.
         tip: link that becomes the flange frame; default: likewise.
 
     Raises:

@@ -3,8 +3,7 @@
 The direction of axis 4 is then that of axis 6, which the pose gives, or the opposite. The first three joints turn axis
 4 by the pitch about n and by q1 about axis 1, and two directions that such turns connect leave two values of each. The
 pitch gives the forearm, the height of the base the upper arm (two values), and so the distance of W from axis 1:
-eight ways for every pose and height.
-Symbols as in `duocell.models.kinematics.closed_form`.
+eight ways for every pose and height. Symbols as in `duocell.models.kinematics.closed_form`.
 """
 
 from __future__ import annotations

@@ -62,9 +62,7 @@ class Timetable:
 
 
 def timetable(cell: Cell, settings: Settings, progress: Progress | None = None) -> Timetable:
-    """The stages of `duocell.optimizer.optimize` for a cell: arms, together, proof, checks and what else is asked
-    for.
-    """
+    """The stages of `duocell.optimizer.optimize` for a cell: arms, together, proof, checks, and whatever is asked."""
     proof, most = 0.0, settings.time_limit
     seconds = search_time(cell)
     if settings.certificate is not None:

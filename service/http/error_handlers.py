@@ -1,5 +1,6 @@
-"""From exceptions to problem documents: what is raised on purpose; `duocell.service.http.middleware.unexpected` has the
-rest.
+"""From exceptions to problem documents: what is raised on purpose.
+
+The rest is for `duocell.service.http.middleware.unexpected`.
 """
 
 from __future__ import annotations

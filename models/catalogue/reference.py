@@ -24,6 +24,17 @@ def mid_range(lower: Floats, upper: Floats) -> Floats:
     return middle
 
 
+def default_reference(robot: Robot, lower: Floats, upper: Floats) -> Floats:
+    """(n,) rad, q* where none is asked for: the robot's own where the limits in force admit it, else mid-range.
+
+    Args:
+        robot: whose it is.
+        lower: (n,) rad limits in force. upper: (n,) likewise.
+    """
+    inside = (robot.reference >= lower) & (robot.reference <= upper)
+    return np.where(inside, robot.reference, mid_range(lower, upper))
+
+
 def working_reference(robot: Robot) -> tuple[Floats, str]:
     """A reference posture that is no singularity, and why it was chosen.
 

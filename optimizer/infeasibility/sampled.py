@@ -19,7 +19,7 @@ from duocell.optimizer.sqp.refine import refine
 from duocell.optimizer.verification.scene import LIMITS, Scene
 
 DENSITIES = (0.15, 0.6)
-"""Of the samples in which a first layout is looked for, see `duocell.optimizer.coupled.search.DENSITIES`."""
+"""Of the samples in which a first layout is looked for, see `duocell.optimizer.coupled.rounds.DENSITIES`."""
 STARTS = 3, 2
 """Starts of each density that keep everything at the poses, and others."""
 FEW = Pairing(48, (48, 144), 2048)

@@ -11,7 +11,7 @@ from duocell.models.base.errors import UnknownRobot
 from duocell.models.base.pose import rotation_from_rpy
 from duocell.models.catalogue import catalogue
 from duocell.models.catalogue.dh import DhRow, robot_from_dh
-from duocell.models.catalogue.reference import mid_range
+from duocell.models.catalogue.reference import default_reference
 from duocell.models.kinematics.nominal import posture_form
 from duocell.models.robot.arm import NARROWEST, BaseRegion, Interval, equal_weights, range_weights
 from duocell.models.robot.arm import Arm as ModelArm
@@ -158,8 +158,7 @@ def _reference(arm: Arm, robot: Robot, limits: tuple[Floats, Floats], pointer: s
     """(n,) q*: the requested one, else the robot's where the limits in force admit it, else mid-range."""
     lower, upper = limits
     if arm.reference is None:
-        inside = (robot.reference >= lower) & (robot.reference <= upper)
-        return np.where(inside, robot.reference, mid_range(lower, upper))
+        return default_reference(robot, lower, upper)
     if not _fits([*arm.reference], robot, f"{pointer}/reference", issues):
         return robot.reference
     reference = np.array(arm.reference)

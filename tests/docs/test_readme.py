@@ -73,7 +73,7 @@ def workplace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_every_block_is_checked_by_a_test() -> None:
     checked = {"sh", "python", "text output", "json answer", "json certificate", "json evaluation", "json clearances"}
-    checked |= {"python client", "python client loop", *SMALLER}
+    checked |= {"python client", "python client loop", "python interface", "text interface", *SMALLER}
     assert [str(block) for block in BLOCKS if block.kind not in checked] == []
     assert len(BLOCKS) > 25
 

@@ -1,9 +1,9 @@
 """How far a base may move before the inverse kinematics of a posture cease to exist.
 
-The source guards with ``Rmin <= |p_j| <= Rmax`` on the flange (section 5 of the digest). These two spheres contain the
-domain of the inverse kinematics but are larger than it, because they do not know the orientation. The rows below are
-the domain itself: the two-link triangle can be closed and the wrist is not inside the cylinder about axis 1 that the
-shoulder offset keeps it out of. A base yaw moves nothing here, so their gradients are with respect to (x, y, z).
+The source guards with ``Rmin <= |p_j| <= Rmax`` on the flange. These two spheres contain the domain of the inverse
+kinematics but are larger than it, because they do not know the orientation. The rows below are the domain itself: the
+two-link triangle can be closed and the wrist is not inside the cylinder about axis 1 that the shoulder offset keeps it
+out of. A base yaw moves nothing here, so their gradients are with respect to (x, y, z).
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Rows of one pose in the nonlinear program: the flange is where the task wants it, and exact derivatives of that.
 
 The orientation residual is the Gibbs vector ``tan(θ/2) · axis`` of the rotation error. The plain skew part
-``sin θ · axis`` also vanishes at θ = 180°, and a solver does converge there (mathematics.md section 2.2); the Gibbs
-vector has its only root at θ = 0 and grows without bound towards 180°.
+``sin θ · axis`` also vanishes at θ = 180°, and a solver does converge there; the Gibbs vector has its only root at
+θ = 0 and grows without bound towards 180°.
 """
 
 from __future__ import annotations

@@ -104,7 +104,7 @@ def test_nothing_of_the_picture_overlaps(drawing: ModuleType, graph: grimp.Impor
 
 
 def test_every_file_that_is_named_exists() -> None:
-    named = re.findall(r"`((?:service|optimizer|models|tests|docs|bench)/[\w./-]*|[\w-]+\.(?:toml|md))`", TEXT)
+    named = re.findall(r"`((?:service|optimizer|models|src|tests|docs|bench)/[\w./-]*|[\w-]+\.(?:toml|md))`", TEXT)
     assert len(named) > 80
     assert [name for name in named if not (ROOT / name).exists()] == []
 

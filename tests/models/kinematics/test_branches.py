@@ -132,7 +132,7 @@ def test_batches_of_bases_are_solved_like_one_base_after_the_other():
 
 @pytest.mark.parametrize("signs", ALL_SIGNS)
 def test_postures_of_the_puma_are_those_of_the_source(signs):
-    """(s, e, f) of the digest's formulas: left s = +1, down e = +1, flip θ5 < 0."""
+    """(s, e, f) of the source's formulas: left s = +1, down e = +1, flip θ5 < 0."""
     robot = catalogue.robot("puma560")
     poses = flange_poses(robot, np.random.default_rng(5).uniform(-pi, pi, (50, 6)))
     joints, missing, _ = solved(robot, poses)

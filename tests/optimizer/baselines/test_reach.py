@@ -40,7 +40,7 @@ def test_reach_rows_are_violated_exactly_where_branches_are_missing(name, signs,
 def test_reaches_of_the_source():
     puma = robot("puma560")
     low, high = reach_range(puma, closed_form(puma))
-    assert low == pytest.approx(0.290, abs=1e-3)  # the digest's corrected value
+    assert low == pytest.approx(0.290, abs=1e-3)  # that of the source, corrected
     assert high == pytest.approx(0.9336, abs=2e-3)
 
 

@@ -60,7 +60,7 @@ AXES = st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda a: np.linalg.norm(a)
 
 @given(AXES, st.floats(1e-3, np.pi - 0.05), st.integers(0, 5))
 def test_orientation_rows_are_the_tangent_of_half_the_angle(axis, angle, seed):
-    """No root but zero, and growing without bound towards half a turn (mathematics.md 2.2)."""
+    """No root but zero, and growing without bound towards half a turn."""
     robot, base, joints, target = point_of("puma560", seed)
     turned = target.copy()
     turned[:3, :3] = rotation_about(np.array(axis) / np.linalg.norm(axis), angle) @ target[:3, :3]

@@ -163,9 +163,7 @@ def test_two_arms_in_one_program_are_two_arms_alone():
 
 
 def test_half_a_turn_of_orientation_is_never_an_answer():
-    """From starts turned by about 180° about random axes the solve ends at the true orientation or says that it
-    failed (mathematics.md 2.2).
-    """
+    """From starts turned by about 180° about random axes the solve ends at the true orientation, or says it failed."""
     rng = np.random.default_rng(0)
     task, start = started("puma560", 3)
     wanted = task.cell.flange_targets(task.arm)

@@ -290,7 +290,7 @@ def box(room: str, x: float, y: float) -> str:
 
 def main() -> None:
     """Write the picture of today's rooms."""
-    graph = grimp.build_graph(*(f"duocell.{floor}" for floor in FLOORS), cache_dir=None)
+    graph = grimp.build_graph("duocell", cache_dir=None)
     Path(sys.argv[1]).write_text(svg(placed(imports(graph))), encoding="utf-8")
 
 

@@ -42,7 +42,7 @@ def drawing() -> ModuleType:
 
 @pytest.fixture(scope="module")
 def graph() -> grimp.ImportGraph:
-    return grimp.build_graph(*(f"duocell.{floor}" for floor in FLOORS), cache_dir=None)
+    return grimp.build_graph("duocell", cache_dir=None)
 
 
 # --- rooms and picture ------------------------------------------------------------------------------------------------

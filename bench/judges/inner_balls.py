@@ -3,8 +3,8 @@
 A ball lies inside its body, so two bodies are at most as far apart as their balls: a rejection is never wrong, an
 acceptance means nothing.
 
-`duocell.optimizer.coupled.inner_balls` has the same idea and shares nothing with this on purpose: a search that shared
-its distances could not contradict it.
+`duocell.optimizer.coupled.candidates.contacts` has the same idea and shares nothing with this on purpose: a search that
+shared its distances could not contradict it.
 """
 
 from __future__ import annotations

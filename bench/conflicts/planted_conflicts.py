@@ -22,9 +22,9 @@ from duocell.models.cell.cell import Cell
 from duocell.models.cell.coupling import Distance
 from duocell.models.cell.floor import Floor
 from duocell.models.geometry.shapes import Body, Box
+from duocell.models.kinematics.batch_kinematics import conditioning_of
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.kinematics.kinematics import characteristic_length
-from duocell.models.kinematics.screws import conditioning_of
 from duocell.models.robot.arm import Arm, Interval
 from duocell.optimizer.infeasibility.changes.candidates import candidates
 from duocell.optimizer.infeasibility.changes.remedy import Remedy

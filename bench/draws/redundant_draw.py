@@ -21,9 +21,9 @@ from duocell.models.base.pose import inverse, rotation_about, rotation_z, transf
 from duocell.models.catalogue.catalogue import names, robot
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import line, task_from_poses
+from duocell.models.kinematics.batch_kinematics import forward_and_jacobian, pose_error
 from duocell.models.kinematics.chain import Chain, chain_of
 from duocell.models.kinematics.closed_form import closed_form
-from duocell.models.kinematics.screws import forward_and_jacobian, pose_error
 from duocell.models.robot.arm import Arm, BaseRegion, Interval, range_weights
 from duocell.models.robot.robot import Robot
 

@@ -18,10 +18,10 @@ from duocell.models.base.pose import inverse, rotation_about, rotation_x, rotati
 from duocell.models.catalogue import catalogue
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import Task
+from duocell.models.kinematics.batch_kinematics import conditioning_of
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.kinematics.kinematics import characteristic_length, flange_poses
-from duocell.models.kinematics.screws import conditioning_of
 from duocell.models.robot.arm import FREE_YAW, TURN, Arm, BaseRegion, Interval, equal_weights, range_weights
 from duocell.optimizer.reduction.reduced import evaluate, reduced_problem
 

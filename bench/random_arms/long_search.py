@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.models.kinematics.batch_kinematics import conditioning_of
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.kinematics.kinematics import characteristic_length
-from duocell.models.kinematics.screws import conditioning_of
 from duocell.models.robot.arm import SINGULAR_WRIST
 from duocell.models.robot.posture import ALL_SIGNS
 from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed

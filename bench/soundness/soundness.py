@@ -21,9 +21,9 @@ from bench.draws.soundness_cells import soundness_cell
 from bench.trials.trial import Record, draw_of, options_of, run, table
 from duocell.models.base.arrays import Floats, Ints
 from duocell.models.base.kept import KEPT
+from duocell.models.kinematics.batch_kinematics import conditioning_of
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.kinematics.kinematics import characteristic_length
-from duocell.models.kinematics.screws import conditioning_of
 from duocell.models.robot.posture import ALL_SIGNS
 from duocell.optimizer.certificate.arm_tree import ArmTree
 from duocell.optimizer.certificate.bounds.boxes import Boxes

@@ -21,7 +21,7 @@ from scipy.spatial import QhullError
 from duocell.models.base.arrays import Floats, Ints
 from duocell.models.base.errors import InvalidInput
 from duocell.models.geometry.concavity import deepest_dent
-from duocell.models.geometry.few_corners import enclosing_corners
+from duocell.models.geometry.hull_simplification import enclosing_corners
 from duocell.models.geometry.meshes import Mesh
 from duocell.models.geometry.plane_cuts import best_cut, cut_apart
 from duocell.models.geometry.shapes import ConvexHull

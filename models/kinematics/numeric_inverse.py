@@ -12,8 +12,8 @@ import numpy as np
 
 from duocell.models.base.arrays import Bools, Floats
 from duocell.models.base.sampling import even_points
+from duocell.models.kinematics.batch_kinematics import forward_and_jacobian, pose_error
 from duocell.models.kinematics.chain import chain_of
-from duocell.models.kinematics.screws import forward_and_jacobian, pose_error
 from duocell.models.robot.arm import TURN
 from duocell.models.robot.robot import Robot
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from duocell.models.base.arrays import Bools, Floats, Ints
 from duocell.models.base.pose import inverse, rotation_vector, transform
+from duocell.models.kinematics.batch_kinematics import forward_and_jacobian, pose_error
 from duocell.models.kinematics.chain import chain_of
-from duocell.models.kinematics.screws import forward_and_jacobian, pose_error
 from duocell.models.robot.robot import Robot
 
 ITERATIONS = 12

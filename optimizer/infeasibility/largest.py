@@ -14,9 +14,9 @@ import numpy as np
 from duocell.models.base.arrays import Floats, Ints
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.surroundings import PairClass
+from duocell.models.kinematics.batch_kinematics import conditioning_of
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.kinematics.kinematics import characteristic_length
-from duocell.models.kinematics.screws import conditioning_of
 from duocell.models.robot.arm import Arm
 from duocell.models.robot.posture import ALL_SIGNS
 from duocell.optimizer.certificate.arm_tree import USABLE, AloneLayout, ArmTree

@@ -12,9 +12,9 @@ from collections.abc import Callable
 import numpy as np
 
 from duocell.models.base.arrays import Floats
+from duocell.models.kinematics.batch_kinematics import conditioning_of
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.kinematics.kinematics import characteristic_length
-from duocell.models.kinematics.screws import conditioning_of
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.nlp.program import ArmPoint, Cuts
 from duocell.optimizer.nlp.solve import Solve

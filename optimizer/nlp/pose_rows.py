@@ -15,8 +15,8 @@ import numpy as np
 
 from duocell.models.base.arrays import Floats
 from duocell.models.kinematics.branches import posture_terms
+from duocell.models.kinematics.casadi_kinematics import flange_function
 from duocell.models.kinematics.closed_form import closed_form
-from duocell.models.kinematics.forward import flange_function
 from duocell.models.robot.robot import Robot
 
 BASE = 4

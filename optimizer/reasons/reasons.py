@@ -9,10 +9,10 @@ import numpy as np
 from duocell.models.base.arrays import Floats
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import Task
+from duocell.models.kinematics.batch_kinematics import conditioning_of
 from duocell.models.kinematics.branches import solve_signed
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.kinematics.kinematics import characteristic_length
-from duocell.models.kinematics.screws import conditioning_of
 from duocell.models.kinematics.wrist_singularity import wrist_shortfall
 from duocell.models.robot.arm import SINGULAR_WRIST, Arm
 from duocell.optimizer.reduction.box import reach_windows, search_box

@@ -15,12 +15,12 @@ import numpy as np
 from duocell.models.base.arrays import Bools, Floats, Ints
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.segments import slices
+from duocell.models.kinematics.batch_kinematics import conditioning_of
 from duocell.models.kinematics.branches import Branches, solve_branches, solve_signed
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.kinematics.closed_form import ClosedForm, closed_form
 from duocell.models.kinematics.difference import SAME, Difference
 from duocell.models.kinematics.kinematics import characteristic_length
-from duocell.models.kinematics.screws import conditioning_of
 from duocell.models.kinematics.wrist_singularity import wrist_shortfall
 from duocell.models.robot.arm import Arm
 from duocell.models.robot.posture import ALL_SIGNS

@@ -18,8 +18,8 @@ from duocell.models.base.arrays import Bools, Floats
 from duocell.models.base.pose import inverse
 from duocell.models.base.sampling import even_points
 from duocell.models.cell.cell import Cell
+from duocell.models.kinematics.batch_kinematics import forward_and_jacobian, pose_error
 from duocell.models.kinematics.chain import Chain, chain_of
-from duocell.models.kinematics.screws import forward_and_jacobian, pose_error
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.monitoring.watch import check_stop
 from duocell.optimizer.reduction.box import spread

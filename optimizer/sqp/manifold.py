@@ -13,8 +13,8 @@ import numpy as np
 
 from duocell.models.base.arrays import Floats, Ints
 from duocell.models.cell.cell import Cell
+from duocell.models.kinematics.batch_kinematics import forward_and_jacobian
 from duocell.models.kinematics.chain import chain_of
-from duocell.models.kinematics.screws import forward_and_jacobian
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.nlp.pose_rows import BASE
 from duocell.optimizer.nlp.program import ArmPoint

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from duocell.models.base.arrays import Floats
+from duocell.models.kinematics.batch_kinematics import forward_and_jacobian
 from duocell.models.kinematics.chain import chain_of
-from duocell.models.kinematics.screws import forward_and_jacobian
 from duocell.models.robot.robot import Robot
 
 DAMPING = 1e-8

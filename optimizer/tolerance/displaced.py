@@ -10,10 +10,10 @@ from duocell.models.base.arrays import Bools, Floats, Ints
 from duocell.models.base.pose import inverse
 from duocell.models.cell.surroundings import PairClass
 from duocell.models.collision.collision import Configurations
+from duocell.models.kinematics.batch_kinematics import conditioning_of
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.kinematics.kinematics import characteristic_length
-from duocell.models.kinematics.screws import conditioning_of
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.clearance.path_samples import follow
 from duocell.optimizer.nlp.program import ArmPoint

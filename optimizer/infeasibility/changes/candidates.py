@@ -14,9 +14,9 @@ from duocell.models.cell.coupling import Distance
 from duocell.models.cell.floor import Floor
 from duocell.models.cell.surroundings import PairClass
 from duocell.models.geometry.shapes import HalfSpace
+from duocell.models.kinematics.batch_kinematics import conditioning_of
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.kinematics.kinematics import characteristic_length
-from duocell.models.kinematics.screws import conditioning_of
 from duocell.optimizer.infeasibility.changes.arms import (
     freed,
     limits,

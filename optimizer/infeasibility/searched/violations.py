@@ -11,11 +11,11 @@ from duocell.models.base.kept import KEPT
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.surroundings import PairClass
 from duocell.models.collision.collision_bodies import Owner
+from duocell.models.kinematics.batch_kinematics import conditioning_of
 from duocell.models.kinematics.branches import path_signs
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.kinematics.kinematics import characteristic_length
 from duocell.models.kinematics.nominal import posture_form
-from duocell.models.kinematics.screws import conditioning_of
 from duocell.models.kinematics.wrist_singularity import wrist_shortfall
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.infeasibility.requirements import Kind, Requirement, Selection

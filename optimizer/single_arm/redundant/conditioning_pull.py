@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from duocell.models.base.arrays import Floats
+from duocell.models.kinematics.batch_kinematics import conditioning_of
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.kinematics.kinematics import characteristic_length
-from duocell.models.kinematics.screws import conditioning_of
 from duocell.optimizer.single_arm.redundant.unreduced_problem import UnreducedProblem
 
 NEAR = 1.3

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from duocell.models.catalogue.catalogue import robot
+from duocell.models.kinematics.batch_kinematics import forward_and_jacobian, pose_error
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.kinematics.chain_columns import column_chain, rotation_vectors
 from duocell.models.kinematics.kinematics import flange_poses
-from duocell.models.kinematics.screws import forward_and_jacobian, pose_error
 
 
 @pytest.mark.parametrize("name", ["iiwa14", "jaco2", "yumi_left", "puma560"])

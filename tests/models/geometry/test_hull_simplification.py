@@ -13,7 +13,7 @@ from scipy.spatial import ConvexHull as Hull
 
 from duocell.models.base.arrays import Floats
 from duocell.models.geometry.decomposition import decompose
-from duocell.models.geometry.few_corners import MOST_CORNERS, enclosing_corners
+from duocell.models.geometry.hull_simplification import MOST_CORNERS, enclosing_corners
 from duocell.models.geometry.meshes import Mesh
 
 

@@ -12,9 +12,9 @@ from scipy.spatial.transform import Rotation
 
 from duocell.models.base.pose import rotation_from_rpy, transform
 from duocell.models.catalogue import catalogue
+from duocell.models.kinematics.batch_kinematics import conditioning_of, forward_and_jacobian, pose_error
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.kinematics.kinematics import characteristic_length, conditioning, flange_poses, jacobians
-from duocell.models.kinematics.screws import conditioning_of, forward_and_jacobian, pose_error
 from tests.support.given.arms import general_six, oblique_wrist, puma_by_table
 
 TOOL = transform(rotation_from_rpy((0.4, -0.3, 1.1)), [0.06, -0.03, 0.15])

@@ -13,7 +13,7 @@ import ssik
 from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import transform
 from duocell.models.catalogue import catalogue
-from duocell.models.kinematics.forward import flange_function
+from duocell.models.kinematics.casadi_kinematics import flange_function
 from duocell.models.kinematics.kinematics import flange_poses, jacobians
 from duocell.models.robot.robot import Robot
 

@@ -1,8 +1,9 @@
 """Forward kinematics and Jacobians of many postures at once, the postures on the last axis.
 
-The same numbers as `duocell.models.kinematics.batch_kinematics`, laid out as a structure of arrays: every component of a frame
-is one contiguous row over all postures, so that each joint costs a few multiplications of long rows. Three times as
-fast for a thousand postures, and what follows (6x6 factorisations written out over the rows) wants this layout anyway.
+The same numbers as `duocell.models.kinematics.batch_kinematics`, laid out as a structure of arrays: every component of
+a frame is one contiguous row over all postures, so that each joint costs a few multiplications of long rows. Three
+times as fast for a thousand postures, and what follows (6x6 factorisations written out over the rows) wants this layout
+anyway.
 """
 
 from __future__ import annotations

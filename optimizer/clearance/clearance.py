@@ -2,7 +2,7 @@
 
 Between two poses the object moves straight and turns the short way, and the arms follow it on their branch. The way is
 sampled ever finer until bounds of the motion between samples leave no room for a contact
-(`duocell.optimizer.clearance.stretches`).
+(`duocell.optimizer.clearance.continuous_collision`).
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from duocell.models.base.kept import KEPT
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.surroundings import Clearances, PairClass
 from duocell.models.collision.collision import CollisionModel, Contact
-from duocell.optimizer.clearance.stretches import Resolution, Walk
+from duocell.optimizer.clearance.continuous_collision import ContinuousCollisionCheck, Resolution
 from duocell.optimizer.results.findings import Clearance
 
 
@@ -132,15 +132,15 @@ def check_clearance(
         joints: per arm (m, n) rad at the poses, as accurate as `duocell.optimizer.verification.verify` asks for.
         resolution: where to stop; default 1 mm and 0.5°.
     """
-    walk = Walk(cell, model, clearances, bases, joints, resolution or Resolution())
-    while len(walk.left):
-        walk.halve()
+    check = ContinuousCollisionCheck(cell, model, clearances, bases, joints, resolution or Resolution())
+    while len(check.left):
+        check.halve()
     return PathClearance(
-        classes=tuple(found for kind in model.kinds if (found := _class(walk, kind)) is not None),
-        breaks=tuple(Break(*place) for place in walk.breaks),
-        worst_limit=_worst_limit(cell, walk),
-        limits_certain=walk.limits_certain and not walk.breaks,
-        samples=len(walk.step),
+        classes=tuple(found for kind in model.kinds if (found := _class(check, kind)) is not None),
+        breaks=tuple(Break(*place) for place in check.breaks),
+        worst_limit=_worst_limit(cell, check),
+        limits_certain=check.limits_certain and not check.breaks,
+        samples=len(check.step),
     )
 
 
@@ -162,24 +162,26 @@ def found_clearances(path: PathClearance) -> tuple[Clearance, ...]:
     )
 
 
-def _worst_limit(cell: Cell, walk: Walk) -> LimitExcess:
+def _worst_limit(cell: Cell, check: ContinuousCollisionCheck) -> LimitExcess:
     """The joint nearest to its limits over all samples."""
     worst = []
-    for arm, q in zip(cell.arms, walk.joints, strict=True):
+    for arm, q in zip(cell.arms, check.joints, strict=True):
         excess = arm.limit_excess(q)
         k, i = np.unravel_index(int(np.argmax(excess)), excess.shape)
-        place = int(walk.step[k]), float(walk.fraction[k])
+        place = int(check.step[k]), float(check.fraction[k])
         worst.append(LimitExcess(arm.name, arm.bounded_names[i], *place, float(excess[k, i])))
     return max(worst, key=lambda one: one.amount)
 
 
-def _class(walk: Walk, kind: PairClass) -> ClassClearance | None:
+def _class(check: ContinuousCollisionCheck, kind: PairClass) -> ClassClearance | None:
     """The closest pair of a class."""
-    required = walk.clearances.required(kind)
-    found = walk.model.closest(walk.places, kind, walk.gaps)
+    required = check.clearances.required(kind)
+    found = check.model.closest(check.places, kind, check.gaps)
     if found is None or required is None:
         return None
     k, contact = found
-    of_kind = np.array([other is kind for other in walk.model.bodies.kinds])
-    least = -np.inf if walk.breaks else float(np.min(walk.least[of_kind]))
-    return ClassClearance(kind, required, contact.distance, contact, int(walk.step[k]), float(walk.fraction[k]), least)
+    of_kind = np.array([other is kind for other in check.model.bodies.kinds])
+    least = -np.inf if check.breaks else float(np.min(check.least[of_kind]))
+    return ClassClearance(
+        kind, required, contact.distance, contact, int(check.step[k]), float(check.fraction[k]), least
+    )

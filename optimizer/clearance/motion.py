@@ -48,15 +48,15 @@ class Motion:
     def between(
         self, first: Sequence[Floats], second: Sequence[Floats], steps: Sequence[Floats], shift: Floats, turn: Floats
     ) -> Floats:
-        """Bounds for stretches of a path.
+        """Bounds for intervals of a path.
 
         Args:
             first: levers at the starts, per arm (H, B_a, n) m. second: at the ends.
-            steps: per arm (H, n) rad, at most what each joint travels on the stretch.
+            steps: per arm (H, n) rad, at most what each joint travels on the interval.
             shift: (H,) m, travelled by the object. turn: (H,) rad likewise.
 
         Returns:
-            (H, P) m, at most how far the two bodies of a pair move relative to each other on the stretch.
+            (H, P) m, at most how far the two bodies of a pair move relative to each other on the interval.
         """
         b = self.model.bodies
         count = len(shift)
@@ -94,9 +94,9 @@ class Motion:
 
 
 def _grown(levers: Floats, links: Ints, steps: Floats) -> Floats:
-    """Levers (H, B, n) that hold on the whole stretch, not only at its ends.
+    """Levers (H, B, n) that hold on the whole interval, not only at its ends.
 
-    Between a body and axis i lie the joints that move it to or from that axis; from the nearer end of the stretch they
+    Between a body and axis i lie the joints that move it to or from that axis; from the nearer end of the interval they
     turn by at most ``steps`` (H, n).
     """
     grown = levers.copy()

@@ -17,7 +17,7 @@ from duocell.optimizer.sqp.on_task import REACHED, brought_onto
 LONGEST_STEP, LONGEST_SHIFT = 0.25, 0.08
 """rad of any joint and m of the object between neighbouring samples."""
 MOST = 12
-"""Stretches that a step between two poses is cut into at most; what dips in between is found by the final check."""
+"""Intervals that a step between two poses is cut into at most; what dips in between is found by the final check."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -90,7 +90,7 @@ def sample_path(
 
 
 def _cuts(path: ObjectPath, points: Sequence[ArmPoint]) -> Ints:
-    """(m - 1,) into how many stretches each step is cut."""
+    """(m - 1,) into how many intervals each step is cut."""
     turned = np.max([np.max(np.abs(np.diff(point.joints, axis=0)), axis=1) for point in points], axis=0)
     shifted = np.linalg.norm(path.shifts, axis=1)
     cuts = np.ceil(np.maximum(turned / LONGEST_STEP, shifted / LONGEST_SHIFT) - 1e-9)

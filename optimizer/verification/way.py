@@ -4,7 +4,7 @@ The object moves straight from pose to pose and turns the short way; the arm fol
 every step is looked at, and steps are halved again where something may happen between the places known:
 
 - a joint travels far, or might leave its limits. A joint's way is bounded from its chord and from how far its middle
-  sags off it, as in `duocell.optimizer.clearance.stretches`;
+  sags off it, as in `duocell.optimizer.clearance.continuous_collision`;
 - a singularity may be touched, the end of reach among them. Where W stands in front of axis 1 (squared) and the cosines
   of elbow and wrist are smooth functions of the place, also where the joints are not. They keep a margin
   (`duocell.models.cell.singular_margins`); where half their sag may use up what is left of it, however little, it is
@@ -35,9 +35,9 @@ from duocell.models.kinematics.nominal import singular_fifth
 from duocell.models.kinematics.wrist_singularity import wrist_distance
 from duocell.models.robot.arm import SINGULAR_WRIST, TURN, Arm
 from duocell.optimizer.clearance.clearance import Break, LimitExcess
+from duocell.optimizer.clearance.continuous_collision import LIMITS as EXACT
+from duocell.optimizer.clearance.continuous_collision import SAFETY, Resolution
 from duocell.optimizer.clearance.path_samples import STRAY, ObjectPath, follow, keep_inside
-from duocell.optimizer.clearance.stretches import LIMITS as EXACT
-from duocell.optimizer.clearance.stretches import SAFETY, Resolution
 from duocell.optimizer.nlp.program import ArmPoint
 
 LIMITS = 1e-6
@@ -49,7 +49,7 @@ The poses are asked for, the straight way between them is not: a part that leave
 pose, undoes so little. What is more than rounding is told with the layout.
 """
 FAR = 0.5
-"""rad; a joint that may travel more on a stretch is looked at more closely."""
+"""rad; a joint that may travel more on an interval is looked at more closely."""
 LEVELS = 20
 """Times that a step is halved before a joint that still travels far there counts as jumping."""
 MOST = 4000
@@ -90,7 +90,7 @@ class Way:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Stretches:
+class _Intervals:
     """Parts of steps: ``step`` (I,) is the pose before, [start, end] (I,) fractions, before and after (I, n) rad."""
 
     step: Ints
@@ -102,18 +102,18 @@ class _Stretches:
     def __len__(self) -> int:
         return len(self.step)
 
-    def __getitem__(self, rows: Bools) -> _Stretches:
-        return _Stretches(self.step[rows], self.start[rows], self.end[rows], self.before[rows], self.after[rows])
+    def __getitem__(self, rows: Bools) -> _Intervals:
+        return _Intervals(self.step[rows], self.start[rows], self.end[rows], self.before[rows], self.after[rows])
 
     @property
     def middle(self) -> Floats:
         """(I,) fractions halfway."""
         return 0.5 * (self.start + self.end)
 
-    def halves(self, joints: Floats) -> _Stretches:
+    def halves(self, joints: Floats) -> _Intervals:
         """All first halves, then all second ones, with the arm at ``joints`` (I, n) in the middles."""
         middle = self.middle
-        return _Stretches(
+        return _Intervals(
             np.concatenate([self.step, self.step]),
             np.concatenate([self.start, middle]),
             np.concatenate([middle, self.end]),
@@ -122,7 +122,7 @@ class _Stretches:
         )
 
 
-Follower = Callable[[Floats, _Stretches], tuple[Floats, Bools]]
+Follower = Callable[[Floats, _Intervals], tuple[Floats, Bools]]
 """From flange poses (I, 4, 4) in the world: joints (I, n) rad in the middles, and (I,) True where there are any."""
 
 
@@ -143,7 +143,7 @@ def follow_way(cell: Cell, arm: Arm, point: ArmPoint, resolution: Resolution | N
     touching, relief = _at_poses(arm, cell.task, joints)
     step = np.setdiff1d(np.flatnonzero(joined), [touching - 1, touching])
     zero = np.zeros(len(step))
-    open_ = _Stretches(step, zero, zero + 1.0, joints[step], joints[step + 1])
+    open_ = _Intervals(step, zero, zero + 1.0, joints[step], joints[step + 1])
     breaks = [
         Break(arm.name, k, 0.0) if np.any(joined[k : k + 1]) else Break(arm.name, k - 1, 1.0)
         for k in map(int, touching)
@@ -184,7 +184,7 @@ def _object_path(task: Task) -> ObjectPath:
 
 
 def _follower(arm: Arm, point: ArmPoint) -> Follower:
-    """How an arm finds its joints in the middles of stretches."""
+    """How an arm finds its joints in the middles of intervals."""
     form, base, signs = closed_form(arm.robot), arm.base_in_world(point.position, point.yaw), point.signs
     if form is None or signs is None:
         return lambda flanges, at: _continued(arm, base, flanges, at)
@@ -195,7 +195,7 @@ def _follower(arm: Arm, point: ArmPoint) -> Follower:
     )
 
 
-def _continued(arm: Arm, base: Floats, flanges: Floats, at: _Stretches) -> tuple[Floats, Bools]:
+def _continued(arm: Arm, base: Floats, flanges: Floats, at: _Intervals) -> tuple[Floats, Bools]:
     """Newton's method from the middles of the chords; a redundant arm gives way to its limits."""
     joints, arrived = follow(arm.robot, base, flanges, at.before, at.after)
     beyond = np.any((joints < arm.lower) | (joints > arm.upper), axis=1) & arrived
@@ -206,7 +206,7 @@ def _continued(arm: Arm, base: Floats, flanges: Floats, at: _Stretches) -> tuple
 
 
 def _either(
-    arm: Arm, base: Floats, flanges: Floats, at: _Stretches, branch: tuple[Floats, Bools]
+    arm: Arm, base: Floats, flanges: Floats, at: _Intervals, branch: tuple[Floats, Bools]
 ) -> tuple[Floats, Bools]:
     """The branch; where it strays from its neighbours, as in a singularity, Newton's method if that arrives."""
     joints, arrived = branch
@@ -220,7 +220,7 @@ def _either(
     return joints, arrived
 
 
-def _branch(form: ClosedForm, signs: Ints, targets: Floats, at: _Stretches) -> tuple[Floats, Bools]:
+def _branch(form: ClosedForm, signs: Ints, targets: Floats, at: _Intervals) -> tuple[Floats, Bools]:
     """The branch of one posture, every joint on the turn nearest to the middle of its chord."""
     found = solve_signed(form, targets[:, :3, :3], targets[None, :, :3, 3], signs)
     joints: Floats = found.joints[:, 0, 0].T
@@ -231,7 +231,7 @@ def _branch(form: ClosedForm, signs: Ints, targets: Floats, at: _Stretches) -> t
 # --- what may happen elsewhere ----------------------------------------------------------------------------------------
 
 
-def _travel(at: _Stretches, joints: Floats) -> tuple[Floats, Bools]:
+def _travel(at: _Intervals, joints: Floats) -> tuple[Floats, Bools]:
     """(I, n) rad by which the middles lie off the chord, and (I,) True where a joint travels far on a half."""
     sag = np.abs(joints - 0.5 * (at.before + at.after))
     way = 0.5 * SAFETY * (np.abs(at.after - at.before) + 4.0 * sag)
@@ -247,7 +247,7 @@ def _turns_in_place(arm: Arm, joints: Floats) -> Bools:
     return turns
 
 
-def _note(beyond: dict[int, LimitExcess], arm: Arm, at: _Stretches, joints: Floats) -> None:
+def _note(beyond: dict[int, LimitExcess], arm: Arm, at: _Intervals, joints: Floats) -> None:
     """Keep the largest excess of each joint over its limits."""
     excess = arm.limit_excess(joints)
     for i in np.flatnonzero(np.max(excess, axis=0, initial=-np.inf) > LIMITS):
@@ -258,7 +258,7 @@ def _note(beyond: dict[int, LimitExcess], arm: Arm, at: _Stretches, joints: Floa
             beyond[int(i)] = LimitExcess(arm.name, name, int(at.step[k]), float(at.middle[k]), amount)
 
 
-def _may_leave_limits(arm: Arm, halves: _Stretches, sag: Floats) -> Bools:
+def _may_leave_limits(arm: Arm, halves: _Intervals, sag: Floats) -> Bools:
     """(2 I,) True where a joint, or a sum of them, may leave its limits on a half though it keeps them at both ends."""
     ends = arm.bounded(halves.before), arm.bounded(halves.after)
     high, low = np.maximum(*ends), np.minimum(*ends)
@@ -285,7 +285,7 @@ def _may_touch(spares: Floats) -> Bools:
     return doubtful
 
 
-def _long(path: ObjectPath, at: _Stretches, resolution: Resolution) -> Bools:
+def _long(path: ObjectPath, at: _Intervals, resolution: Resolution) -> Bools:
     """(I,) True where the object still moves by more than the resolution on a half."""
     share = 0.5 * (at.end - at.start)
     shift = share * np.linalg.norm(path.shifts[at.step], axis=1)

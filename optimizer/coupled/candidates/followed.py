@@ -23,7 +23,7 @@ from duocell.optimizer.verification.scene import Scene
 LONGEST_TURN, LONGEST_SHIFT = 0.3, 0.12
 """rad and m of the object between places that are looked at."""
 FEW, MOST_CUTS, MOST_PLACES = 8, 5, 90
-"""Steps of tasks with so few poses are always cut; into so many stretches at most; tasks that would get more places
+"""Steps of tasks with so few poses are always cut; into so many intervals at most; tasks that would get more places
 than that are not cut."""
 
 

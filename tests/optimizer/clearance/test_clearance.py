@@ -16,8 +16,8 @@ from duocell.models.collision.collision import CollisionModel
 from duocell.models.geometry.shapes import Body, Box, Capsule, Sphere
 from duocell.models.kinematics.kinematics import flange_poses
 from duocell.optimizer.clearance.clearance import check_clearance
+from duocell.optimizer.clearance.continuous_collision import Resolution
 from duocell.optimizer.clearance.path_samples import ObjectPath, follow
-from duocell.optimizer.clearance.stretches import Resolution
 from tests.support.given.arms import make_arm
 from tests.support.given.cells import ALL, FLOOR, NotFollowed, Scene, beam_pair, holding, random_obstacles
 from tests.support.oracles.dense import dense_minima

@@ -1,6 +1,6 @@
-"""Halving the stretches of a path until every pair of bodies is settled.
+"""Halving the intervals of a path until every pair of bodies is settled.
 
-A pair that is d and d' apart at the ends of a stretch, and moves against each other by at most L on it, stays
+A pair that is d and d' apart at the ends of an interval, and moves against each other by at most L on it, stays
 ``(d + d' - L) / 2`` apart. L comes from joint steps and lever arms (`duocell.optimizer.clearance.motion`). A joint's
 way is bounded from its chord and from how far its middle sags, exactly for a parabola, with a tenth on top for what is
 no parabola.
@@ -26,14 +26,14 @@ from duocell.optimizer.clearance.path_samples import ObjectPath, follow
 SAFETY = 1.1
 """On the parabola's bound of the joints' way."""
 LONGEST_STEP = 0.3
-"""rad; on longer stretches a joint's way need not look like a parabola yet."""
+"""rad; on longer intervals a joint's way need not look like a parabola yet."""
 LIMITS = KEPT
 """rad; slack of joint limits."""
 
 
 @dataclass(frozen=True, slots=True)
 class Resolution:
-    """Where refining stops: at stretches on which the object moves less than ``length`` m and turns less than
+    """Where refining stops: at intervals on which the object moves less than ``length`` m and turns less than
     ``angle`` rad, or after ``most_samples`` configurations.
     """
 
@@ -42,14 +42,14 @@ class Resolution:
     most_samples: int = 4000
 
 
-class Walk:
-    """Samples of a path and the stretches between them that are still open.
+class ContinuousCollisionCheck:
+    """Samples of a path and the intervals between them that are still open.
 
     Call `halve` until `left` is empty; then ``least`` (P,) [m] bounds every pair's distance on the whole path from
     below and ``breaks`` says where an arm could not follow (name, pose before, fraction of the way to the next).
 
     Samples (N) have a place on the path (``step``, ``fraction``), joints, configurations, known distances ``gaps``
-    (N, P) (lower bounds where ``exact`` is False, infinite where nobody asked) and levers. Stretches (I) join samples
+    (N, P) (lower bounds where ``exact`` is False, infinite where nobody asked) and levers. Intervals (I) join samples
     ``left`` and ``right``; ``open`` (I, P) are the pairs not settled there.
     """
 
@@ -89,7 +89,7 @@ class Walk:
     # --- one round ----------------------------------------------------------------------------------------------------
 
     def halve(self) -> None:
-        """Sample the middles of all stretches and keep the halves that are not settled."""
+        """Sample the middles of all intervals and keep the halves that are not settled."""
         if len(self.step) + len(self.left) > self.resolution.most_samples:
             self._give_up()
             return
@@ -104,7 +104,7 @@ class Walk:
         self.left, self.right, self.open = start[going], end[going], unsettled[going]
 
     def _sample_middles(self) -> Ints:
-        """Add a sample in the middle of every stretch; stretches that an arm cannot follow are dropped.
+        """Add a sample in the middle of every interval; intervals that an arm cannot follow are dropped.
 
         Returns:
             (I,) numbers of the new samples.
@@ -143,7 +143,7 @@ class Walk:
         return 0.5 * (self.fraction[self.left] + self._end())
 
     def _end(self) -> Floats:
-        """(I,) fraction of each stretch's right end, counted from the pose before its left end."""
+        """(I,) fraction of each interval's right end, counted from the pose before its left end."""
         return np.where(self.step[self.right] > self.step[self.left], 1.0, self.fraction[self.right])
 
     def _sag(self, q: Floats, middle: Ints) -> Floats:
@@ -152,7 +152,7 @@ class Walk:
         return sag
 
     def _settle(self, start: Ints, end: Ints, ways: list[Floats], middle: Ints, smooth: Bools) -> tuple[Bools, Bools]:
-        """Settle what can be settled on the halves of all stretches.
+        """Settle what can be settled on the halves of all intervals.
 
         Args:
             start: (2 I,) samples where the halves begin: all first halves, then all second ones. end: likewise.
@@ -217,7 +217,7 @@ class Walk:
         return within | last
 
     def _give_up(self) -> None:
-        """Leave all stretches as they are."""
+        """Leave all intervals as they are."""
         self.least = np.where(np.any(self.open, axis=0), -np.inf, self.least)
         self.limits_certain = False
         self.left, self.right, self.open = self.left[:0], self.right[:0], self.open[:0]

@@ -15,7 +15,7 @@ from duocell.optimizer.coupled.prove import against
 from duocell.optimizer.infeasibility.explain import explain
 from duocell.optimizer.monitoring.watch import OutOfTime, ending, tell, unheard
 from duocell.optimizer.nlp.measure import placed, segment_shares
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.progress.interim import with_what_is_missing
 from duocell.optimizer.progress.known import Solved
 from duocell.optimizer.progress.timetable import Timetable
@@ -58,7 +58,7 @@ def with_advice(cell: Cell, layout: Layout, settings: Settings, table: Timetable
     return layout
 
 
-def _explained(cell: Cell, layout: Layout, settings: Settings) -> Layout | tuple[ArmPoint, ...]:
+def _explained(cell: Cell, layout: Layout, settings: Settings) -> Layout | tuple[ArmSolution, ...]:
     """The layout with its explanation, as much of it as the time allows for; or points of a layout that turned up."""
     outside, known = copy_context(), [layout]
 
@@ -75,7 +75,7 @@ def _explained(cell: Cell, layout: Layout, settings: Settings) -> Layout | tuple
     return replace(layout, explanation=found) if isinstance(found, Explanation) else found
 
 
-def _rescued(cell: Cell, layout: Layout, points: Sequence[ArmPoint]) -> Layout:
+def _rescued(cell: Cell, layout: Layout, points: Sequence[ArmSolution]) -> Layout:
     """The layout that turned up while it was being explained why there is none."""
     path = Scene.of(cell).certify(points)
     placements = tuple(placed(cell, arm, point) for arm, point in zip(cell.arms, points, strict=True))

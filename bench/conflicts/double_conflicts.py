@@ -25,7 +25,7 @@ from duocell.optimizer.infeasibility.changes.candidates import candidates
 from duocell.optimizer.infeasibility.changes.remedy import Remedy
 from duocell.optimizer.infeasibility.explain import explain
 from duocell.optimizer.infeasibility.requirements import everything
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.optimize import optimize
 from duocell.optimizer.results.findings import Explanation
 from duocell.optimizer.settings import Settings
@@ -44,7 +44,7 @@ def doubled(seed: int) -> tuple[tuple[str, str], Cell]:
         made = real_cell(number)
         if made.known is not None:
             stands = zip(made.known.stands, made.known.joints, strict=True)
-            known = tuple(ArmPoint(stand[:3], float(stand[3]), q) for stand, q in stands)
+            known = tuple(ArmSolution(stand[:3], float(stand[3]), q) for stand, q in stands)
             cell = plant(kinds[0], made.cell, known).cell
             return kinds, plant(kinds[1], cell, known).cell
 

@@ -31,7 +31,7 @@ from duocell.optimizer.infeasibility.changes.remedy import Remedy
 from duocell.optimizer.infeasibility.explain import explain
 from duocell.optimizer.infeasibility.requirements import Kind, Requirement, Selection
 from duocell.optimizer.infeasibility.searched.trial import clean
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.optimize import optimize
 from duocell.optimizer.results.findings import Explanation
 from duocell.optimizer.settings import Settings
@@ -54,7 +54,7 @@ class Planted:
 
     kind: str
     cell: Cell
-    known: tuple[ArmPoint, ...]
+    known: tuple[ArmSolution, ...]
     requirement: Requirement
     words: str
     pointer: str
@@ -68,10 +68,10 @@ def planted(seed: int) -> Planted:
         made = real_cell(number)
         if made.known is not None and (kind != "clearance" or made.cell.surroundings.obstacles):
             points = zip(made.known.stands, made.known.joints, strict=True)
-            return plant(kind, made.cell, tuple(ArmPoint(stand[:3], float(stand[3]), q) for stand, q in points))
+            return plant(kind, made.cell, tuple(ArmSolution(stand[:3], float(stand[3]), q) for stand, q in points))
 
 
-def plant(kind: str, cell: Cell, known: tuple[ArmPoint, ...]) -> Planted:
+def plant(kind: str, cell: Cell, known: tuple[ArmSolution, ...]) -> Planted:
     """A constraint of a kind that a known layout breaks."""
     arm, point, around = cell.arms[0], known[0], cell.surroundings
     middle = cell.task.poses[:, :2, 3].mean(axis=0)

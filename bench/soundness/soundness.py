@@ -32,7 +32,7 @@ from duocell.optimizer.certificate.exclusion.exclude import Exclusion
 from duocell.optimizer.certificate.nodes import Nodes
 from duocell.optimizer.certificate.pairs.contact import Contact
 from duocell.optimizer.certificate.pairs.store import PairStore
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate, evaluate_signed, reduced_problem
 from duocell.optimizer.verification.scene import Scene, own_lacks
 
@@ -53,7 +53,7 @@ class Member:
     """A base in a box, with its path: the number of the box, and the objective."""
 
     box: int
-    point: ArmPoint
+    point: ArmSolution
     objective: float
 
 
@@ -85,7 +85,7 @@ class Trial:
                 joints = paths.joints[:, 0, k].T.copy()
                 joints[:, 0] += turn
                 yaw = float(paths.yaw[0, k]) - problem.sigma * turn
-                point = ArmPoint(places[k], yaw, joints, ALL_SIGNS[boxes.posture[k]])
+                point = ArmSolution(places[k], yaw, joints, ALL_SIGNS[boxes.posture[k]])
                 if _allowed(problem, point):
                     yield Member(int(k), point, _objective(problem, joints))
 
@@ -164,7 +164,7 @@ def _planted(scene: Scene, index: int, count: int, rng: np.random.Generator) -> 
     return tree
 
 
-def _placed(tree: ArmTree, ids: Ints, number: int, rng: np.random.Generator) -> list[ArmPoint | None]:
+def _placed(tree: ArmTree, ids: Ints, number: int, rng: np.random.Generator) -> list[ArmSolution | None]:
     """Bases in boxes with their paths; None where a path is not usable."""
     boxes = tree.nodes.boxes(ids)
     shares = rng.uniform(-1.0, 1.0, boxes.half.shape)
@@ -174,7 +174,7 @@ def _placed(tree: ArmTree, ids: Ints, number: int, rng: np.random.Generator) -> 
     paths = evaluate_signed(tree.problem, places, boxes.signs)
     usable = paths.violation[0] <= 0.0
     return [
-        ArmPoint(places[k], float(paths.yaw[0, k]), paths.joints[:, 0, k].T, ALL_SIGNS[boxes.posture[k]])
+        ArmSolution(places[k], float(paths.yaw[0, k]), paths.joints[:, 0, k].T, ALL_SIGNS[boxes.posture[k]])
         if usable[k]
         else None
         for k in range(len(boxes))
@@ -196,7 +196,7 @@ def _boxes(tree: ArmTree, count: int, rng: np.random.Generator) -> Boxes | None:
     return Boxes(places[rows[pick]] + half * rng.uniform(-1.0, 1.0, (count, 3)), half, postures[pick])
 
 
-def _allowed(problem: ReducedProblem, point: ArmPoint) -> bool:
+def _allowed(problem: ReducedProblem, point: ArmSolution) -> bool:
     """True if a turned base keeps the limits of joint 1 and of its yaw."""
     arm, first = problem.arm, point.joints[:, 0]
     limited = bool(np.isfinite(arm.lower[0]) and np.isfinite(arm.upper[0]))
@@ -210,7 +210,7 @@ def _objective(problem: ReducedProblem, joints: Floats) -> float:
     return float(np.sum(each if problem.weights is None else each * problem.weights))
 
 
-def _conditioned(problem: ReducedProblem, point: ArmPoint) -> bool:
+def _conditioned(problem: ReducedProblem, point: ArmSolution) -> bool:
     arm = problem.arm
     if arm.min_conditioning is None:
         return True

@@ -26,7 +26,7 @@ from duocell.optimizer.certificate.bounds.boxes import Boxes
 from duocell.optimizer.certificate.nodes import Nodes
 from duocell.optimizer.certificate.pairs.pair_tree import PairTree
 from duocell.optimizer.certificate.proposals import moved_yaw
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import evaluate, reduced_problem
 from duocell.optimizer.verification.scene import Scene
 
@@ -74,7 +74,7 @@ def attempt(number: int, pairs: int = PAIRS) -> Record:
 
 def _drawn(
     trees: list[ArmTree], couplings: tuple[Coupling, ...], rng: np.random.Generator, count: int
-) -> list[tuple[Boxes, list[ArmPoint]]]:
+) -> list[tuple[Boxes, list[ArmSolution]]]:
     """Boxes of both arms, and layouts in them that keep the ties."""
     first = rng.uniform(trees[0].region.low, trees[0].region.high, (PLACES, 3))
     second = rng.uniform(trees[1].region.low, trees[1].region.high, (PLACES, 3))
@@ -86,20 +86,20 @@ def _drawn(
     fine = [part.violation <= 0.0 for part in found]
     rows = np.flatnonzero(inside & np.any(fine[0], axis=0) & np.any(fine[1], axis=0))
     rows = rows[rng.permutation(len(rows))[:count]]
-    layouts: list[list[ArmPoint]] = [[], []]
+    layouts: list[list[ArmSolution]] = [[], []]
     for row in rows:
         for k, places in enumerate((first, second)):
             posture = int(rng.choice(np.flatnonzero(fine[k][:, row])))
             joints, yaw = found[k].joints[:, posture, row].T, float(found[k].yaw[posture, row])
-            layouts[k].append(ArmPoint(places[row], yaw, joints, ALL_SIGNS[posture]))
+            layouts[k].append(ArmSolution(places[row], yaw, joints, ALL_SIGNS[posture]))
     turned = (_turned(trees, couplings, pair, rng) for pair in zip(*layouts, strict=True))
     kept = [pair for pair in turned if pair is not None]
     return [(_boxes(tree, [pair[k] for pair in kept], rng), [pair[k] for pair in kept]) for k, tree in enumerate(trees)]
 
 
 def _turned(
-    trees: list[ArmTree], couplings: tuple[Coupling, ...], pair: tuple[ArmPoint, ...], rng: np.random.Generator
-) -> tuple[ArmPoint, ...] | None:
+    trees: list[ArmTree], couplings: tuple[Coupling, ...], pair: tuple[ArmSolution, ...], rng: np.random.Generator
+) -> tuple[ArmSolution, ...] | None:
     """A layout whose yaws keep a mirror, if there is one; None where they cannot."""
     mirrors = [coupling for coupling in couplings if isinstance(coupling, Mirror)]
     if not mirrors:
@@ -119,7 +119,7 @@ def _turned(
     return tuple(turned)
 
 
-def _boxes(tree: ArmTree, points: list[ArmPoint], rng: np.random.Generator) -> Boxes:
+def _boxes(tree: ArmTree, points: list[ArmSolution], rng: np.random.Generator) -> Boxes:
     places = np.array([point.position for point in points]).reshape(-1, 3)
     half = 10.0 ** rng.uniform(SMALLEST, LARGEST, (len(points), 1)) * rng.uniform(0.2, 1.0, (len(points), 3))
     half = half * (tree.region.high > tree.region.low)

@@ -29,7 +29,7 @@ from duocell.models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_
 from duocell.models.robot.posture import Posture
 from duocell.models.robot.robot import Robot
 from duocell.optimizer.nlp.measure import objective_of
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.settings import Settings
 from duocell.optimizer.verification.verify import check
 from duocell.optimizer.verification.way import follow_way
@@ -48,7 +48,7 @@ class Planted:
     """A task, and what is known of it: a usable layout, or None where it was made impossible."""
 
     cell: Cell
-    point: ArmPoint
+    point: ArmSolution
     size: float
     spoilt: bool
 
@@ -115,7 +115,7 @@ def _draw(robot: Robot, size: float, rng: np.random.Generator) -> Planted:
         shoulder, elbow, wrist = path_signs(form, joints)
         arm = replace(arm, posture=Posture(shoulder, elbow, wrist))  # type: ignore[arg-type]
     return Planted(
-        Cell(Task(flange_poses(robot, joints)), (arm,), np.pi), ArmPoint(np.zeros(3), 0.0, joints), size, False
+        Cell(Task(flange_poses(robot, joints)), (arm,), np.pi), ArmSolution(np.zeros(3), 0.0, joints), size, False
     )
 
 
@@ -132,7 +132,7 @@ def _spoilt(task: Planted, rng: np.random.Generator) -> Planted:
     return Planted(replace(task.cell, arms=(arm,)), task.point, task.size, True)
 
 
-def own_best(task: Planted, starts: list[ArmPoint]) -> float:
+def own_best(task: Planted, starts: list[ArmSolution]) -> float:
     """Least objective of usable layouts that descents over the base reach on the true arm; infinite without any."""
     best = np.inf
     for start in starts:
@@ -140,7 +140,7 @@ def own_best(task: Planted, starts: list[ArmPoint]) -> float:
     return best
 
 
-def _descent(task: Planted, start: ArmPoint) -> float:
+def _descent(task: Planted, start: ArmSolution) -> float:
     """From one layout: the simplex method over the base, joints followed by Newton's method."""
     cell, arm, joints, best = task.cell, task.arm, start.joints, np.inf
     bounds = arm.base.bounds
@@ -156,7 +156,7 @@ def _descent(task: Planted, start: ArmPoint) -> float:
         q, reached = brought_to(arm.robot, joints, inverse(base) @ targets)
         if not np.all(reached):
             return 1e6
-        point = ArmPoint(place[:3], float(place[3]), q)
+        point = ArmSolution(place[:3], float(place[3]), q)
         value = objective_of(cell.task, arm, q)
         beyond = float(np.sum(np.maximum(arm.lower - q, 0.0) + np.maximum(q - arm.upper, 0.0)))
         if value < best and check(cell, arm, point).usable:
@@ -186,13 +186,13 @@ def attempt(seed: int) -> Record:
     starts = [task.point, *_elsewhere(task, seed)]
     if answer.layout is not None and answer.layout.placements:
         (given,) = answer.layout.placements
-        starts.append(ArmPoint(given.position, given.yaw, given.joints))
+        starts.append(ArmSolution(given.position, given.yaw, given.joints))
     known = own_best(task, starts)
     record |= {"known": None if np.isinf(known) else known, **_bound(answer)}
     return record | {"fault": fault_of(record)}
 
 
-def _elsewhere(task: Planted, seed: int) -> list[ArmPoint]:
+def _elsewhere(task: Planted, seed: int) -> list[ArmSolution]:
     """Layouts of the planted joints from other bases of the region."""
     rng, arm = draw_of("calibrated_arms/starts", seed), task.arm
     bounds = arm.base.bounds
@@ -201,7 +201,7 @@ def _elsewhere(task: Planted, seed: int) -> list[ArmPoint]:
         place = rng.uniform(bounds[:3, 0], bounds[:3, 1])
         yaw = float(rng.uniform(*bounds[3])) if not arm.base.yaw_free else float(rng.uniform(-1.0, 1.0))
         joints = task.point.joints + np.array([-yaw, *np.zeros(5)])
-        points.append(ArmPoint(place, yaw, joints))
+        points.append(ArmSolution(place, yaw, joints))
     return points
 
 

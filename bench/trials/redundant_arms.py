@@ -26,7 +26,7 @@ from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import Task
 from duocell.models.kinematics.kinematics import flange_poses
 from duocell.models.robot.arm import Arm
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.box import search_box
 from duocell.optimizer.settings import Settings
 from duocell.optimizer.single_arm.continuation import continue_paths
@@ -113,11 +113,11 @@ def _searched(cell: Cell, arm: Arm) -> list[Optimum]:
     paths = continue_paths(cell, arm, np.concatenate([box, yaw]), 77, FOLLOWED)
     paths.sort(key=lambda path: (path.violation > 0.0, path.violation, path.objective))
     for path in paths[:STARTS]:
-        found += _solved(cell, arm, ArmPoint(path.position, path.yaw, path.joints, path.signs))
+        found += _solved(cell, arm, ArmSolution(path.position, path.yaw, path.joints, path.signs))
     return found
 
 
-def _solved(cell: Cell, arm: Arm, start: ArmPoint) -> list[Optimum]:
+def _solved(cell: Cell, arm: Arm, start: ArmSolution) -> list[Optimum]:
     """The usable optimum that is reached from a start, if there is one."""
     point = solve_locally(cell, arm, start, perf_counter() + 30.0).points[0]
     value = objective_if_usable(cell, arm, point.position, point.yaw, point.joints)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from duocell.models.cell.cell import Cell
 from duocell.models.robot.arm import Arm
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.verification.scene import Scene, alone_scene, own_lacks
 from duocell.optimizer.verification.verify import check
 
@@ -24,10 +24,10 @@ class AloneCheck:
         """The check of one arm."""
         return AloneCheck(cell, arm, alone_scene(cell, arm))
 
-    def usable(self, point: ArmPoint) -> bool:
+    def usable(self, point: ArmSolution) -> bool:
         """True if a layout holds at the poses: task, limits, floor, surroundings."""
         return self.nearly(point, 0.0)
 
-    def nearly(self, point: ArmPoint, lack: float) -> bool:
+    def nearly(self, point: ArmSolution, lack: float) -> bool:
         """True if a layout keeps its task and limits at the poses, and lacks no more than so much [m] of the others."""
         return own_lacks(self.scene, [point])[0] <= lack and check(self.cell, self.arm, point).usable

@@ -23,7 +23,7 @@ from duocell.optimizer.certificate.exclusion.causes import LIMITS, REACH, SINGUL
 from duocell.optimizer.certificate.exclusion.causes import LINEAR as OF_SUMS
 from duocell.optimizer.certificate.exclusion.exclude import NO_LEVELS, Excluder
 from duocell.optimizer.certificate.nodes import Nodes
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed
 from duocell.optimizer.verification.scene import Scene
 
@@ -48,7 +48,7 @@ USABLE = 1e-9
 class AloneLayout:
     """A usable layout of one arm by itself, and its objective."""
 
-    point: ArmPoint
+    point: ArmSolution
     objective: float
 
 
@@ -197,7 +197,7 @@ class ArmTree:
             if objective[k] >= self.alone_objective:
                 return
             joints = paths.joints[:, 0, k].T
-            point = ArmPoint(places[k], float(paths.yaw[0, k]), joints, ALL_SIGNS[postures[k]])
+            point = ArmSolution(places[k], float(paths.yaw[0, k]), joints, ALL_SIGNS[postures[k]])
             if self.check.usable(point):
                 self.alone = AloneLayout(point, float(objective[k]))
 

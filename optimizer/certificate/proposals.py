@@ -13,7 +13,7 @@ from duocell.models.robot.arm import TURN
 from duocell.models.robot.posture import ALL_SIGNS
 from duocell.optimizer.certificate.arm_tree import AloneLayout, ArmTree
 from duocell.optimizer.certificate.pairs.ties import mirrored_yaws
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.progress.incumbents import layout_found
 from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed
 from duocell.optimizer.sqp.nearby import nearby
@@ -53,7 +53,7 @@ class Proposals:
     known: list[Refined]
     deadline: float
     centres: dict[tuple[int, int], AloneLayout | None] = field(default_factory=dict)
-    tried: list[Sequence[ArmPoint]] = field(default_factory=list)
+    tried: list[Sequence[ArmSolution]] = field(default_factory=list)
     in_vain: int = 0
     looks: int = 0
     rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
@@ -91,7 +91,7 @@ class Proposals:
         self.looks += 1
         return not self.known or self.looks & (self.looks - 1) == 0
 
-    def _start(self, first: int, second: int) -> list[ArmPoint] | None:
+    def _start(self, first: int, second: int) -> list[ArmSolution] | None:
         """A layout in the centres of two boxes that is nearly clean and better than what is known."""
         totals = mirrored_yaws(self.scene.cell.couplings, (0, 1))
         pair = self._mirrored(first, second, totals[0]) if totals else (self._centre(0, first), self._centre(1, second))
@@ -117,7 +117,7 @@ class Proposals:
         clean = [tree.check.nearly(layout.point, NEARLY) for tree, layout in zip(self.trees, layouts, strict=True)]
         return layouts if all(clean) else (None, None)
 
-    def _nearly_clean(self, points: Sequence[ArmPoint]) -> bool:
+    def _nearly_clean(self, points: Sequence[ArmSolution]) -> bool:
         """True if refining a start may mend what it lacks, and none like it was refined already."""
         if any(nearby(points, tried, BESIDE) for tried in self.tried):
             return False
@@ -125,7 +125,7 @@ class Proposals:
             return False
         return bool(self.scene.contact_lacks([points])[0] <= NEARLY)
 
-    def refine(self, start: Sequence[ArmPoint]) -> bool:
+    def refine(self, start: Sequence[ArmSolution]) -> bool:
         """Refine a start; True if that led to something better, which is then known."""
         self.tried.append(start)
         found = refine(self.scene, start, self.deadline, self.known)
@@ -160,7 +160,7 @@ def _at_centre(tree: ArmTree, node: int) -> AloneLayout | None:
     if paths.violation[0, 0] > 0.0:
         return None
     joints = paths.joints[:, 0, 0].T
-    point = ArmPoint(boxes.centre[0], float(paths.yaw[0, 0]), joints, ALL_SIGNS[boxes.posture[0]])
+    point = ArmSolution(boxes.centre[0], float(paths.yaw[0, 0]), joints, ALL_SIGNS[boxes.posture[0]])
     return AloneLayout(point, float(paths.objective[0, 0]))
 
 
@@ -172,8 +172,8 @@ def _turned_by(tree: ArmTree, layout: AloneLayout, turn: float) -> AloneLayout:
     return AloneLayout(point, float(layout.objective + problem.arm.weights[0] * (after - before)))
 
 
-def moved_yaw(problem: ReducedProblem, point: ArmPoint, turn: float) -> ArmPoint:
+def moved_yaw(problem: ReducedProblem, point: ArmSolution, turn: float) -> ArmSolution:
     """The same layout of an arm on a base that is turned [rad]."""
     joints = point.joints.copy()
     joints[:, 0] -= problem.sigma * turn
-    return ArmPoint(point.position, problem.arm.base.yaw_in_interval(point.yaw + turn), joints, point.signs)
+    return ArmSolution(point.position, problem.arm.base.yaw_in_interval(point.yaw + turn), joints, point.signs)

@@ -14,7 +14,7 @@ from duocell.optimizer.coupled.candidates.layouts import sample_layouts
 from duocell.optimizer.coupled.candidates.starts import Start, starts_of
 from duocell.optimizer.coupled.found import CoupledSearch
 from duocell.optimizer.coupled.refinements import Terms
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import ReducedProblem
 from duocell.optimizer.sqp.nearby import nearby
 from duocell.optimizer.sqp.refine import price_of, refine
@@ -36,7 +36,7 @@ def look_elsewhere(scene: Scene, search: CoupledSearch, problems: Sequence[Reduc
         starts += starts_of(followed, layouts, ELSEWHERE * wanted, OTHERS, APART)
         search.candidates += tried
     starts.sort(key=lambda start: (not start.clean, start.score(price_of(scene.cell))))
-    tried_points: list[Sequence[ArmPoint]] = [one.points for one in search.found]
+    tried_points: list[Sequence[ArmSolution]] = [one.points for one in search.found]
     for start in starts:
         if len(search.found) > wanted or len(tried_points) > ELSEWHERE * wanted:
             return
@@ -53,7 +53,7 @@ def look_elsewhere(scene: Scene, search: CoupledSearch, problems: Sequence[Reduc
 
 
 def _in_other_postures(
-    problems: Sequence[ReducedProblem], points: Sequence[ArmPoint]
+    problems: Sequence[ReducedProblem], points: Sequence[ArmSolution]
 ) -> Iterator[list[ReducedProblem]]:
     """The problems with one of the arms in any posture but that of its point."""
     for index, (problem, point) in enumerate(zip(problems, points, strict=True)):

@@ -18,7 +18,7 @@ from duocell.models.cell.cell import Cell
 from duocell.models.cell.coupling import Coupling
 from duocell.models.cell.surroundings import Surroundings
 from duocell.models.cell.task import Task
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 
 TOLD_APART = 1e-6
 """m, and of rotation matrices; motions that differ by less are the same."""
@@ -53,16 +53,16 @@ class CanonicalForm:
         """True if neither arms nor poses changed places."""
         return not self.backwards and self.order == tuple(range(len(self.order)))
 
-    def into(self, points: Sequence[ArmPoint]) -> tuple[ArmPoint, ...]:
+    def into(self, points: Sequence[ArmSolution]) -> tuple[ArmSolution, ...]:
         """A layout of the cell as it was given, one point per arm, as one of this form."""
         return tuple(self._turned(points[arm]) for arm in self.order)
 
-    def back(self, points: Sequence[ArmPoint]) -> tuple[ArmPoint, ...]:
+    def back(self, points: Sequence[ArmSolution]) -> tuple[ArmSolution, ...]:
         """A layout of this form as one of the cell as it was given."""
         given = dict(zip(self.order, points, strict=True))
         return tuple(self._turned(given[arm]) for arm in range(len(points)))
 
-    def _turned(self, point: ArmPoint) -> ArmPoint:
+    def _turned(self, point: ArmSolution) -> ArmSolution:
         return replace(point, joints=point.joints[::-1]) if self.backwards else point
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from duocell.optimizer.clearance.clearance import PathClearance
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.progress.incumbents import layout_found
 from duocell.optimizer.results.layout import Reason
 from duocell.optimizer.sqp.nearby import nearby
@@ -36,7 +36,7 @@ class CoupledSearch:
     finished: bool = True
     reasons: tuple[Reason, ...] = ()
     proved: bool = False
-    told: Callable[[Sequence[ArmPoint], float, PathClearance | None], None] = layout_found
+    told: Callable[[Sequence[ArmSolution], float, PathClearance | None], None] = layout_found
 
     @property
     def best(self) -> Refined | None:

@@ -9,10 +9,10 @@ from itertools import combinations
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.coupling.apart import Apart
 from duocell.models.cell.one_place import NEAREST, in_one_place, one_machine
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 
 
-def kept_apart(cell: Cell, points: Sequence[ArmPoint]) -> Cell:
+def kept_apart(cell: Cell, points: Sequence[ArmSolution]) -> Cell:
     """The cell with couplings that keep apart what stands in one place in a layout; itself where nothing does.
 
     Args:

@@ -15,7 +15,7 @@ from duocell.optimizer.certificate.certify import certify
 from duocell.optimizer.certificate.together import prove_together
 from duocell.optimizer.coupled.found import CoupledSearch
 from duocell.optimizer.nlp.measure import objective_of
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reasons.reasons import explain_proof
 from duocell.optimizer.results.layout import ArmCertificate, Certificate
 from duocell.optimizer.results.proof import ArmProof, relative_gap
@@ -159,7 +159,7 @@ def _no_proof(search: ArmSearch) -> str:
     )
 
 
-def _take_over(cell: Cell, search: ArmSearch, start: ArmPoint, objective: float) -> None:
+def _take_over(cell: Cell, search: ArmSearch, start: ArmSolution, objective: float) -> None:
     """Continue from a path of some objective that the proof met, if the search has missed its basin."""
     result = solve_locally(cell, search.arm, start, time.perf_counter() + PATIENCE)
     search.starts += 1

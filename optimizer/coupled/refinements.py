@@ -12,7 +12,7 @@ from duocell.optimizer.coupled.candidates.starts import Start
 from duocell.optimizer.coupled.found import SAME_COST, CoupledSearch
 from duocell.optimizer.monitoring.events import Started
 from duocell.optimizer.monitoring.watch import tell
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.nlp.solve import SolveStatus
 from duocell.optimizer.settings import Settings
 from duocell.optimizer.sqp.nearby import nearby
@@ -51,7 +51,7 @@ class Terms:
         return time.perf_counter() > self.deadline
 
 
-def as_it_is(scene: Scene, points: Sequence[ArmPoint]) -> Refined:
+def as_it_is(scene: Scene, points: Sequence[ArmSolution]) -> Refined:
     """A layout with the full check of its way, which is spared where its poses alone are far from clean."""
     objective = scene.objective(points)
     lack = max(scene.tie_lack(points), scene.floor_lack(points), float(scene.contact_lacks([points])[0]))

@@ -19,7 +19,7 @@ from duocell.optimizer.coupled.combinations.combine import combine
 from duocell.optimizer.coupled.combinations.pool import pool_of, with_optimum
 from duocell.optimizer.coupled.found import CoupledSearch
 from duocell.optimizer.coupled.refinements import Terms, first_usable, refine_all
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import ReducedProblem
 from duocell.optimizer.single_arm.arm_search import ArmSearch
 from duocell.optimizer.verification.scene import Scene, alone_scene
@@ -41,7 +41,7 @@ def search_short(
     scene: Scene,
     search: CoupledSearch,
     problems: Sequence[ReducedProblem],
-    optimum: tuple[ArmPoint, ...],
+    optimum: tuple[ArmSolution, ...],
     terms: Terms,
 ) -> None:
     """Search on some of the poses, and refine what is found there on all of them; on more poses if that fails."""
@@ -67,7 +67,7 @@ def search_reduced(
     scene: Scene,
     search: CoupledSearch,
     problems: Sequence[ReducedProblem],
-    optimum: tuple[ArmPoint, ...],
+    optimum: tuple[ArmSolution, ...],
     terms: Terms,
 ) -> None:
     """Rounds of samples, ever denser: the first until something is usable, the second for what is best."""
@@ -133,5 +133,5 @@ def _take(scene: Scene, search: CoupledSearch, starts: Sequence[Start], terms: T
     refine_all(scene, search, starts, terms)
 
 
-def _nobody(points: Sequence[ArmPoint], objective: float, path: PathClearance | None) -> None:
+def _nobody(points: Sequence[ArmSolution], objective: float, path: PathClearance | None) -> None:
     """Layouts of a task that stands for a longer one are no news."""

@@ -15,7 +15,7 @@ from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.robot.arm import Arm, Interval
 from duocell.models.robot.posture import ALL_SIGNS
 from duocell.optimizer.nlp.measure import objective_of
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reasons.faults import arm_faults
 from duocell.optimizer.reasons.reasons import explain_general, explain_path
 from duocell.optimizer.reduction.layers import best_path
@@ -47,7 +47,7 @@ class Standing:
     """
 
     arm: Arm
-    point: ArmPoint | None
+    point: ArmSolution | None
     check: ArmCheck | None
     objective: float
     reasons: tuple[Reason, ...]
@@ -82,7 +82,7 @@ def as_given(cell: Cell, arm: Arm, joints: Floats) -> Choice:
     """An arm with its joints (m, n) [rad]."""
     form = closed_form(arm.robot)
     signs = None if form is None else path_signs(form, joints)
-    return Choice((_judged(cell, arm, ArmPoint(*_place(arm), joints, signs), 1),), True)
+    return Choice((_judged(cell, arm, ArmSolution(*_place(arm), joints, signs), 1),), True)
 
 
 def choices(cell: Cell, arm: Arm) -> Choice:
@@ -105,7 +105,7 @@ def _reduced(cell: Cell, problem: ReducedProblem) -> Choice:
     order = np.lexsort((objective, violation > KEPT))
     candidates = []
     for k in order[violation[order] <= KEPT]:
-        point = ArmPoint(position, float(paths.yaw[k, 0]), paths.joints[:, k, 0].T, ALL_SIGNS[k])
+        point = ArmSolution(position, float(paths.yaw[k, 0]), paths.joints[:, k, 0].T, ALL_SIGNS[k])
         candidates.append(_judged(cell, arm, point, len(order)))
     clean = tuple(one for one in candidates if not one.reasons)
     nearest = int(np.argmin(violation))
@@ -121,7 +121,7 @@ def _nearest(cell: Cell, problem: ReducedProblem, paths: Paths, k: int) -> Stand
     position, _ = _place(arm)
     joints, signs = paths.joints[:, k, 0].T, ALL_SIGNS[k]
     if paths.missing[k, 0] == 0.0:
-        point = ArmPoint(position, float(paths.yaw[k, 0]), joints, signs)
+        point = ArmSolution(position, float(paths.yaw[k, 0]), joints, signs)
         return _judged(cell, arm, point, len(ALL_SIGNS))
     seen = solve_signed(problem.form, problem.rotations, seen_from(problem, position[None]), np.array([signs]))
     reasons = explain_path(cell, arm, joints, seen.missing[0, 0], "from this base")
@@ -139,7 +139,7 @@ def _general(cell: Cell, arm: Arm) -> Choice:
         return Choice((Standing(arm, None, None, np.inf, explain_general(cell, arm, [path]), 1),), True)
     found = []
     if not path.unreached:
-        point = ArmPoint(path.position, path.yaw, path.joints, path.signs)
+        point = ArmSolution(path.position, path.yaw, path.joints, path.signs)
         found.append(_judged(cell, arm, point, 1))
         if arm.dof > 6 or found[0].reasons:
             solved = solve_locally(cell, arm, point, deadline)
@@ -161,7 +161,7 @@ def _place(arm: Arm) -> tuple[Floats, float]:
     return np.array([x, y, z]), yaw
 
 
-def _judged(cell: Cell, arm: Arm, point: ArmPoint, looked_at: int) -> Standing:
+def _judged(cell: Cell, arm: Arm, point: ArmSolution, looked_at: int) -> Standing:
     found = check(cell, arm, point)
     reasons = arm_faults(cell, arm, point, found)
     if not reasons:

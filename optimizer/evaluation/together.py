@@ -13,7 +13,7 @@ from duocell.models.collision.collision import CollisionModel
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.clearance.clearance import PathClearance, check_clearance
 from duocell.optimizer.evaluation.standing import Choice, Standing
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.verification.scene import LIMITS, Scene
 
 MOST, BATCH, WHOLE = 4096, 32, 16
@@ -74,7 +74,7 @@ def _combinations(found: Sequence[Choice]) -> tuple[list[tuple[Standing, ...]], 
     return listed[1:], next(every, None) is None
 
 
-def _points(standing: Sequence[Standing]) -> list[ArmPoint]:
+def _points(standing: Sequence[Standing]) -> list[ArmSolution]:
     return [one.point for one in standing if one.point is not None]
 
 

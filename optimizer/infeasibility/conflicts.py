@@ -14,14 +14,16 @@ from duocell.optimizer.infeasibility.proved_conflict import Conflict, proved_con
 from duocell.optimizer.infeasibility.requirements import Kind, Requirement, Selection
 from duocell.optimizer.infeasibility.searched.conflict import ConflictSearch
 from duocell.optimizer.infeasibility.searched.partial_path import PartialPath
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.results.layout import Layout
 
 SEARCHED = 0.6
 """Share of what is left for a search where nothing is proved."""
 
 
-def sure_conflict(cell: Cell, effort: Effort) -> tuple[Conflict | None, tuple[ArmPoint, ...] | None, dict[str, float]]:
+def sure_conflict(
+    cell: Cell, effort: Effort
+) -> tuple[Conflict | None, tuple[ArmSolution, ...] | None, dict[str, float]]:
     """A conflict that is proved; else a layout of the cell, should one turn up; and what could be kept by pointers.
 
     Args:
@@ -36,7 +38,7 @@ def sure_conflict(cell: Cell, effort: Effort) -> tuple[Conflict | None, tuple[Ar
 
 def searched_conflict(
     cell: Cell, layout: Layout, effort: Effort, seed: int
-) -> tuple[Conflict | None, tuple[ArmPoint, ...] | None]:
+) -> tuple[Conflict | None, tuple[ArmSolution, ...] | None]:
     """A set for which no layout was found, though that is not proved: what is not named may block as well."""
     deadline = min(effort.deadline, time.perf_counter() + SEARCHED * max(effort.left, 0.0))
     search = ConflictSearch(cell, deadline, seed, {reason.arm for reason in layout.reasons})
@@ -44,7 +46,7 @@ def searched_conflict(
     if layout.placements:
         last = len(cell.task) - 1
         ways = {
-            numbers[p.arm]: PartialPath(ArmPoint(p.position, p.yaw, p.joints, None), 0, last, ())
+            numbers[p.arm]: PartialPath(ArmSolution(p.position, p.yaw, p.joints, None), 0, last, ())
             for p in layout.placements
         }
         search.meet(ways)

@@ -10,7 +10,7 @@ from duocell.optimizer.infeasibility.conflicts import searched_conflict, sure_co
 from duocell.optimizer.infeasibility.effort import BOX, BOX_POSE, Effort
 from duocell.optimizer.infeasibility.remedies import remedies
 from duocell.optimizer.infeasibility.two_changes import two_changes
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.results.findings import Explanation
 from duocell.optimizer.results.layout import Layout
 
@@ -26,7 +26,7 @@ def explain(
     seed: int,
     deadline: float,
     first: Callable[[Explanation], None] = lambda explanation: None,
-) -> Explanation | tuple[ArmPoint, ...]:
+) -> Explanation | tuple[ArmSolution, ...]:
     """What blocks a cell, and the smallest changes that were found to help.
 
     Args:

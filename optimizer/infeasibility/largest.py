@@ -23,7 +23,7 @@ from duocell.optimizer.certificate.arm_tree import USABLE, AloneLayout, ArmTree
 from duocell.optimizer.certificate.exclusion.causes import CONDITIONING
 from duocell.optimizer.infeasibility.effort import Effort
 from duocell.optimizer.monitoring.watch import check_stop
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed, reduced_problem
 from duocell.optimizer.verification.scene import Scene
 
@@ -46,7 +46,7 @@ class Largest:
 
     found: float | None
     bound: float
-    point: ArmPoint | None
+    point: ArmSolution | None
 
 
 def largest_clearance(cell: Cell, index: int, kind: PairClass, precise: float, effort: Effort) -> Largest | None:
@@ -80,7 +80,7 @@ class _Clearance:
     def __init__(self, kind: PairClass) -> None:
         self.kind = kind
 
-    def __call__(self, scene: Scene, point: ArmPoint) -> float:
+    def __call__(self, scene: Scene, point: ArmSolution) -> float:
         model, task = scene.model, scene.cell.task
         if model is None:
             return np.inf
@@ -95,7 +95,7 @@ class _Conditioning:
     def __init__(self, arm: Arm) -> None:
         self.arm = arm
 
-    def __call__(self, scene: Scene, point: ArmPoint) -> float:
+    def __call__(self, scene: Scene, point: ArmSolution) -> float:
         arm = self.arm
         values = conditioning_of(chain_of(arm.robot), arm.tool, point.joints, characteristic_length(arm.robot))
         return float(np.min(values)) - (arm.min_conditioning or 0.0)
@@ -115,7 +115,7 @@ class _Rising(ArmTree):
         super().__init__(scene, index, problem)
         self.slack, self.precise = slack, precise
         self.best = -np.inf
-        self.point: ArmPoint | None = None
+        self.point: ArmSolution | None = None
         self.soft: list[int] = []
 
     def run(self, soft: list[int], effort: Effort) -> Largest:
@@ -134,7 +134,7 @@ class _Rising(ArmTree):
         """Measure usable layouts at some places (n, 3) in postures (n,)."""
         paths = evaluate_signed(self.problem, places, np.array(ALL_SIGNS)[postures])
         for k in np.flatnonzero(paths.violation[0] <= USABLE)[:LOOKED_AT]:
-            point = ArmPoint(places[k], float(paths.yaw[0, k]), paths.joints[:, 0, k].T, ALL_SIGNS[postures[k]])
+            point = ArmSolution(places[k], float(paths.yaw[0, k]), paths.joints[:, 0, k].T, ALL_SIGNS[postures[k]])
             slack = self.slack(self.check.scene, point)
             if slack > max(self.best, 0.0) and self.check.usable(point):
                 self.best, self.point = slack, point

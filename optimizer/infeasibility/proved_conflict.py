@@ -22,7 +22,7 @@ from duocell.optimizer.infeasibility.requirements import (
 )
 from duocell.optimizer.infeasibility.sampled import sampled_layout
 from duocell.optimizer.infeasibility.subset_proof import REBUILT, SubsetProof
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import reduced_problem
 from duocell.optimizer.verification.scene import Scene
 
@@ -52,7 +52,7 @@ class Conflict:
     selection: Selection
     irreducible: bool
     proved: bool = True
-    without: dict[Requirement, tuple[ArmPoint, ...]] = field(default_factory=dict)
+    without: dict[Requirement, tuple[ArmSolution, ...]] = field(default_factory=dict)
     finish: Callable[[Effort], Conflict] | None = None
 
     @property
@@ -61,7 +61,7 @@ class Conflict:
         return sum(one.kind is Kind.ARM for one in self.selection.requirements) > 1
 
 
-def proved_conflict(cell: Cell, effort: Effort) -> Conflict | tuple[ArmPoint, ...] | None:
+def proved_conflict(cell: Cell, effort: Effort) -> Conflict | tuple[ArmSolution, ...] | None:
     """A conflict of one arm, else of two; a layout of the whole cell should one turn up; None where nothing is proved.
 
     Args:
@@ -88,7 +88,7 @@ class _Filter:
     def __init__(self, proof: SubsetProof, known: bool) -> None:
         """``known``: the arms have layouts one by one."""
         self.proof, self.known = proof, known
-        self.without: dict[Requirement, tuple[ArmPoint, ...]] = {}
+        self.without: dict[Requirement, tuple[ArmSolution, ...]] = {}
 
     def begun(self, effort: Effort) -> Conflict:
         """Layouts are looked for first: of two arms samples are quicker than pairs of boxes where there is one."""

@@ -19,7 +19,7 @@ from duocell.optimizer.infeasibility.requirements import Kind
 from duocell.optimizer.infeasibility.resolve import resolved
 from duocell.optimizer.infeasibility.sampled import least_layouts
 from duocell.optimizer.infeasibility.searched.trial import Found, clean
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import reduced_problem
 from duocell.optimizer.results.findings import Relaxation
 from duocell.optimizer.verification.scene import Scene
@@ -128,7 +128,7 @@ def _helpful(
     cell: Cell,
     conflict: Conflict,
     remedy: Remedy,
-    hints: Sequence[tuple[ArmPoint, ...]],
+    hints: Sequence[tuple[ArmSolution, ...]],
     effort: Effort,
     seed: int,
     possible: Mapping[str, float],
@@ -190,7 +190,7 @@ def bracket_of(remedy: Remedy, arms: Sequence[int], effort: Effort) -> Bracket |
 
 
 def smallest(
-    remedy: Remedy, bracket: Bracket, hints: Sequence[tuple[ArmPoint, ...]], effort: Effort, seed: int
+    remedy: Remedy, bracket: Bracket, hints: Sequence[tuple[ArmSolution, ...]], effort: Effort, seed: int
 ) -> Helpful | bool:
     """The smallest amount for which a layout is found; True if it is proved that none is; False where none is found.
 
@@ -239,7 +239,7 @@ def _shrunk(low: float, helpful: Helpful) -> Helpful:
     return Helpful(remedy, amount, helpful.found)
 
 
-def _does(cell: Cell, points: tuple[ArmPoint, ...]) -> bool:
+def _does(cell: Cell, points: tuple[ArmSolution, ...]) -> bool:
     return not immediate_infeasibility(cell) and clean(Scene.of(cell), points)
 
 

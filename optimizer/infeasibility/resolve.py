@@ -13,7 +13,7 @@ from duocell.optimizer.infeasibility.requirements import selection_of
 from duocell.optimizer.infeasibility.sampled import first_layout, sampled_layout
 from duocell.optimizer.infeasibility.searched.trial import Found, clean, find
 from duocell.optimizer.infeasibility.subset_proof import SubsetProof
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import reduced_problem
 from duocell.optimizer.verification.scene import Scene
 
@@ -31,7 +31,7 @@ class Resolved:
     proved: bool = False
 
 
-def resolved(cell: Cell, hints: Sequence[tuple[ArmPoint, ...]], effort: Effort, seed: int) -> Resolved:
+def resolved(cell: Cell, hints: Sequence[tuple[ArmSolution, ...]], effort: Effort, seed: int) -> Resolved:
     """Look for a layout of a cell; the first one will do.
 
     Args:

@@ -13,7 +13,7 @@ from duocell.optimizer.coupled.candidates.layouts import sample_layouts
 from duocell.optimizer.coupled.candidates.starts import starts_of
 from duocell.optimizer.infeasibility.effort import Effort
 from duocell.optimizer.infeasibility.searched.trial import Found, clean
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import ReducedProblem
 from duocell.optimizer.sqp.refine import refine
 from duocell.optimizer.verification.scene import LIMITS, Scene
@@ -26,7 +26,7 @@ FEW = Pairing(48, (48, 144), 2048)
 """Fewer pairs than in a search for the best layout: where none goes together, all of them are looked at."""
 
 
-def first_layout(scene: Scene, starts: Sequence[Sequence[ArmPoint]], effort: Effort) -> Found | None:
+def first_layout(scene: Scene, starts: Sequence[Sequence[ArmSolution]], effort: Effort) -> Found | None:
     """The layout that the first start leads to which leads to one that passes every check."""
     for start in starts:
         if clean(scene, start):

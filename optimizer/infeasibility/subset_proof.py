@@ -31,7 +31,7 @@ from duocell.optimizer.infeasibility.effort import Effort
 from duocell.optimizer.infeasibility.requirements import Kind, Requirement, Selection, arms_of, restricted
 from duocell.optimizer.infeasibility.searched.trial import clean
 from duocell.optimizer.monitoring.watch import check_stop
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import reduced_problem
 from duocell.optimizer.sqp.refine import Refined
 from duocell.optimizer.verification.scene import Scene
@@ -164,7 +164,7 @@ class SubsetProof:
         return SubsetProof(self.whole, fewer, None if rebuilt else self)
 
 
-def _kept(scene: Scene, before: SubsetProof) -> tuple[ArmPoint, ...] | None:
+def _kept(scene: Scene, before: SubsetProof) -> tuple[ArmSolution, ...] | None:
     """What the arms do by themselves, should that pass every check of a cell that asks for less."""
     alone = [tree.alone for tree in before.trees]
     points = tuple(one.point for one in alone if one is not None)

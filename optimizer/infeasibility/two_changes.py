@@ -12,7 +12,7 @@ from duocell.optimizer.infeasibility.effort import Effort
 from duocell.optimizer.infeasibility.proved_conflict import Conflict
 from duocell.optimizer.infeasibility.remedies import Bracket, Helpful, smallest
 from duocell.optimizer.infeasibility.requirements import Selection
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.results.findings import Relaxation
 
 BEHIND, BOTH = 0.3, 0.5
@@ -66,7 +66,7 @@ def _both(first: Remedy, second: Remedy, behind: Selection, effort: Effort, seed
         """The first change, where all of the second is made as well."""
         fit = one.fitted
 
-        def fitted(points: tuple[ArmPoint, ...]) -> Remedy:
+        def fitted(points: tuple[ArmSolution, ...]) -> Remedy:
             used.append(one if fit is None else fit(points))
             return composed(used[-1])
 

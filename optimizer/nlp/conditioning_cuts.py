@@ -16,7 +16,7 @@ from duocell.models.kinematics.batch_kinematics import conditioning_of
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.kinematics.kinematics import characteristic_length
 from duocell.models.robot.arm import Arm
-from duocell.optimizer.nlp.program import ArmPoint, Cuts
+from duocell.optimizer.nlp.program import ArmSolution, Cuts
 from duocell.optimizer.nlp.solve import Solve
 
 CUT_ROUNDS = 25
@@ -35,12 +35,12 @@ SETTLED = 1e-7
 DIFFERENCE = 1e-6
 """rad, step of the central differences of the conditioning."""
 
-CutSolver = Callable[[ArmPoint, Cuts, float], Solve]
+CutSolver = Callable[[ArmSolution, Cuts, float], Solve]
 """Solves the program with cuts from a point, whose joints may move by a radius [rad]."""
 
 
 def keep_conditioning(
-    solve: CutSolver, arm: Arm, start: ArmPoint, deadline: float, radius: float = np.inf
+    solve: CutSolver, arm: Arm, start: ArmSolution, deadline: float, radius: float = np.inf
 ) -> Solve | None:
     """Solve with tangents of σmin/σmax >= min_conditioning, renewed at every answer until they no longer move it.
 

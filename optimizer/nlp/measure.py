@@ -17,7 +17,7 @@ from duocell.models.kinematics.nominal import posture_form, singular_fifth
 from duocell.models.kinematics.wrist_singularity import wrist_distance
 from duocell.models.robot.arm import Arm
 from duocell.models.robot.posture import name_signs
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.results.layout import SegmentShare
 from duocell.optimizer.results.placement import Placement
 
@@ -57,7 +57,7 @@ def segment_shares(cell: Cell, placements: Sequence[Placement]) -> tuple[Segment
     return tuple(shares)
 
 
-def placed(cell: Cell, arm: Arm, point: ArmPoint) -> Placement:
+def placed(cell: Cell, arm: Arm, point: ArmSolution) -> Placement:
     """All figures of one arm of a cell at a point."""
     form = posture_form(arm.robot)
     length = characteristic_length(arm.robot)

@@ -30,8 +30,8 @@ POSE_ROWS = ("x", "y", "z", "rotation about x", "rotation about y", "rotation ab
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class ArmPoint:
-    """One arm's part of a point of the program: a start or a solution.
+class ArmSolution:
+    """One arm's part of a start or a solution of the program.
 
     Attributes:
         position: (3,) m, base origin. yaw: rad. joints: (m, n) rad.
@@ -95,17 +95,17 @@ class Program:
             names = arm.bounded_names[arm.dof :]
             yield from (f"{arm.name} / {name}, pose {pose}" for pose in range(self.structure.poses) for name in names)
 
-    def pack(self, points: Sequence[ArmPoint]) -> Floats:
+    def pack(self, points: Sequence[ArmSolution]) -> Floats:
         """(N,) vector of unknowns from one point per arm."""
         return np.concatenate([np.concatenate([p.position, [p.yaw], p.joints.ravel()]) for p in points])
 
-    def unpack(self, unknowns: Floats, points: Sequence[ArmPoint]) -> list[ArmPoint]:
+    def unpack(self, unknowns: Floats, points: Sequence[ArmSolution]) -> list[ArmSolution]:
         """Points per arm of a vector of unknowns; postures are those of ``points``."""
         result, at = [], 0
         for arm, point in zip(self.arms, points, strict=True):
             size = self.structure.poses * arm.dof
             base, joints = unknowns[at : at + BASE], unknowns[at + BASE : at + BASE + size]
-            result.append(ArmPoint(base[:3], float(base[3]), joints.reshape(-1, arm.dof), point.signs))
+            result.append(ArmSolution(base[:3], float(base[3]), joints.reshape(-1, arm.dof), point.signs))
             at += BASE + size
         return result
 
@@ -113,7 +113,7 @@ class Program:
 def build_program(
     cell: Cell,
     arms: Sequence[Arm],
-    points: Sequence[ArmPoint],
+    points: Sequence[ArmSolution],
     *,
     keep_shoulder: bool = False,
     steps: bool = False,
@@ -182,7 +182,9 @@ class _ArmNumbers:
     rows_upper: Floats
 
 
-def _arm_numbers(cell: Cell, arm: Arm, point: ArmPoint, structure: Structure, scale: float, clear: bool) -> _ArmNumbers:
+def _arm_numbers(
+    cell: Cell, arm: Arm, point: ArmSolution, structure: Structure, scale: float, clear: bool
+) -> _ArmNumbers:
     """Parameters, bounds and row bounds of one arm."""
     poses = structure.poses
     segments = cell.task.segments
@@ -208,7 +210,7 @@ def _arm_numbers(cell: Cell, arm: Arm, point: ArmPoint, structure: Structure, sc
     )
 
 
-def joint_bounds(arm: Arm, point: ArmPoint, margins: Margins | None = None) -> tuple[Floats, Floats]:
+def joint_bounds(arm: Arm, point: ArmSolution, margins: Margins | None = None) -> tuple[Floats, Floats]:
     """Limits in force, narrowed so that elbow and wrist keep their side; both (n,) rad.
 
     A side of the elbow is half a turn of joint 3, a side of the wrist half a turn of joint 5, less the ``margins`` to

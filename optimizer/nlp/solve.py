@@ -15,7 +15,7 @@ import numpy as np
 from duocell.models.base.arrays import Floats
 from duocell.optimizer.monitoring.watch import check_stop
 from duocell.optimizer.nlp.iterations import Iterations
-from duocell.optimizer.nlp.program import ArmPoint, Program
+from duocell.optimizer.nlp.program import ArmSolution, Program
 from duocell.optimizer.nlp.structure import Structure
 
 
@@ -89,14 +89,14 @@ class Solve:
 
     status: SolveStatus
     engine_status: str
-    points: list[ArmPoint]
+    points: list[ArmSolution]
     objective: float
     violation: float
     iterations: int
     wall_time: float
 
 
-def solve_program(program: Program, start: Sequence[ArmPoint], time_limit: float = 60.0) -> Solve:
+def solve_program(program: Program, start: Sequence[ArmSolution], time_limit: float = 60.0) -> Solve:
     """Solve from a start.
 
     Args:

@@ -20,7 +20,7 @@ from duocell.optimizer.clearance.clearance import PathClearance
 from duocell.optimizer.monitoring.events import Incumbent, Standing
 from duocell.optimizer.monitoring.watch import tell, watched
 from duocell.optimizer.nlp.measure import objective_of
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.progress.known import Usable
 
 BETTER = 1e-6
@@ -42,9 +42,9 @@ class Incumbents:
     objective: float | None = None
     first_time: float | None = None
     best: Usable | None = None
-    _arms: dict[str, tuple[float, ArmPoint]] = field(default_factory=dict)
+    _arms: dict[str, tuple[float, ArmSolution]] = field(default_factory=dict)
 
-    def found(self, points: Sequence[ArmPoint], objective: float, path: PathClearance | None = None) -> None:
+    def found(self, points: Sequence[ArmSolution], objective: float, path: PathClearance | None = None) -> None:
         """Take a usable layout, one point per arm, into account, with the check of its whole way if that is at hand."""
         if in_one_place(self.cell.arms, [point.position for point in points]):
             return  # it is not allowed, though the search was not told
@@ -60,7 +60,7 @@ class Incumbents:
             tell(self.best)
             tell(Incumbent(objective, seconds, tuple(standing)))
 
-    def found_alone(self, arm: Arm, point: ArmPoint, objective: float) -> None:
+    def found_alone(self, arm: Arm, point: ArmSolution, objective: float) -> None:
         """Take a usable place of one arm into account, where nothing ties it to the others."""
         known = self._arms.get(arm.name)
         if known is None or objective < known[0]:
@@ -90,21 +90,21 @@ def best_found(cell: Cell) -> Usable | None:
     return incumbents.best if incumbents is not None and incumbents.cell is cell else None
 
 
-def layout_found(points: Sequence[ArmPoint], objective: float, path: PathClearance | None = None) -> None:
+def layout_found(points: Sequence[ArmSolution], objective: float, path: PathClearance | None = None) -> None:
     """Tell of a layout of the whole cell that passed every check: one point per arm, E, and the check of its way."""
     incumbents = _recorded.get()
     if incumbents is not None:
         incumbents.found(points, objective, path)
 
 
-def arm_found(cell: Cell, arm: Arm, point: ArmPoint, objective: float) -> None:
+def arm_found(cell: Cell, arm: Arm, point: ArmSolution, objective: float) -> None:
     """Tell of a place of one arm that passed every check of the arm; it counts where nothing couples the cell."""
     incumbents = _recorded.get()
     if incumbents is not None and cell is incumbents.cell and not cell.coupled:
         incumbents.found_alone(arm, point, objective)
 
 
-def _standing(cell: Cell, arm: Arm, point: ArmPoint) -> Standing:
+def _standing(cell: Cell, arm: Arm, point: ArmSolution) -> Standing:
     x, y, z = (float(value) for value in point.position)
     posture = None if point.signs is None else name_signs(point.signs)
     cost = float(objective_of(cell.task, arm, point.joints))

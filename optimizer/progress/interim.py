@@ -8,7 +8,7 @@ from dataclasses import replace
 from duocell.models.cell.cell import Cell
 from duocell.optimizer.clearance.clearance import PathClearance, found_clearances
 from duocell.optimizer.nlp.measure import placed, segment_shares
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.results.layout import Layout, Outcome, Reason, Search
 from duocell.optimizer.settings import Settings
 from duocell.optimizer.verification.scene import Scene
@@ -21,7 +21,7 @@ MORE = "allow more time"
 
 def interim_layout(
     cell: Cell,
-    points: Sequence[ArmPoint],
+    points: Sequence[ArmSolution],
     found_after: float,
     wall_time: float,
     why: str,

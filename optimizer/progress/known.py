@@ -10,7 +10,7 @@ from duocell.optimizer.monitoring.events import Event
 
 if TYPE_CHECKING:
     from duocell.optimizer.clearance.clearance import PathClearance
-    from duocell.optimizer.nlp.program import ArmPoint
+    from duocell.optimizer.nlp.program import ArmSolution
     from duocell.optimizer.results.layout import Layout
 
 
@@ -31,7 +31,7 @@ class Usable(Known):
 
     kind: ClassVar[str] = "usable"
     cell: Cell
-    points: tuple[ArmPoint, ...]
+    points: tuple[ArmSolution, ...]
     time: float
     path: PathClearance | None = None
 

@@ -13,7 +13,7 @@ from duocell.models.cell.one_place import NEAREST, in_one_place
 from duocell.models.collision.collision import Contact
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.clearance.clearance import ClassClearance, PathClearance
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reasons.meant_contact import if_meant
 from duocell.optimizer.reasons.reasons import explain_path
 from duocell.optimizer.results.layout import Reason
@@ -28,7 +28,7 @@ TOUCHING = 0.05
 """mm, on either side."""
 
 
-def arm_faults(cell: Cell, arm: Arm, point: ArmPoint, check: ArmCheck) -> tuple[Reason, ...]:
+def arm_faults(cell: Cell, arm: Arm, point: ArmSolution, check: ArmCheck) -> tuple[Reason, ...]:
     """What an arm by itself breaks where it stands."""
     if check.usable and (point.signs is None or arm.posture.admits(point.signs)):
         return ()
@@ -55,7 +55,7 @@ def _pose_errors(arm: Arm, check: ArmCheck) -> tuple[Reason, ...]:
     return tuple(reasons)
 
 
-def _posture(arm: Arm, point: ArmPoint, check: ArmCheck) -> tuple[Reason, ...]:
+def _posture(arm: Arm, point: ArmSolution, check: ArmCheck) -> tuple[Reason, ...]:
     if np.isinf(check.posture) or (point.signs is not None and not arm.posture.admits(point.signs)):
         return (Reason(arm.name, "posture", (), f"{arm.name}: this is not the posture asked for"),)
     if check.posture > SIDE:

@@ -9,7 +9,7 @@ import numpy as np
 from duocell.models.kinematics.nominal import Nominal
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.certificate.certify import BranchAndBound
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import ReducedProblem
 from duocell.optimizer.results.layout import Reason
 
@@ -34,12 +34,12 @@ class ArmSearch:
     """
 
     arm: Arm
-    best: ArmPoint | None = None
-    nearest: ArmPoint | None = None
+    best: ArmSolution | None = None
+    nearest: ArmSolution | None = None
     objective: float = np.inf
     candidates: int = 0
     starts: int = 0
-    optima: list[tuple[float, ArmPoint]] = field(default_factory=list)
+    optima: list[tuple[float, ArmSolution]] = field(default_factory=list)
     basins: list[tuple[float, int]] = field(default_factory=list)
     finished: bool = True
     reasons: tuple[Reason, ...] = ()

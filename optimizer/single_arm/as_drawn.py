@@ -19,7 +19,7 @@ from duocell.models.kinematics.numeric_inverse import brought_to
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.budget import boxes_for
 from duocell.optimizer.certificate.certify import certify
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reasons.reasons import explain_proof
 from duocell.optimizer.reduction.layers import best_path
 from duocell.optimizer.reduction.reduced import ReducedProblem, reduced_problem
@@ -35,8 +35,8 @@ APART = 1e-3
 
 
 def starts_from(
-    cell: Cell, arm: Arm, meant: Nominal, optima: list[tuple[float, ArmPoint]], deadline: float
-) -> list[ArmPoint]:
+    cell: Cell, arm: Arm, meant: Nominal, optima: list[tuple[float, ArmSolution]], deadline: float
+) -> list[ArmSolution]:
     """Points of the true arm, one for each of the best distinct optima of the drawing.
 
     Args:
@@ -45,8 +45,8 @@ def starts_from(
         optima: (objective, point) of the drawing, best first.
         deadline: `time.perf_counter` value, soft.
     """
-    found: list[ArmPoint] = []
-    taken: list[ArmPoint] = []
+    found: list[ArmSolution] = []
+    taken: list[ArmSolution] = []
     for _, point in optima:
         if len(found) >= STARTS or time.perf_counter() > deadline:
             break
@@ -56,11 +56,11 @@ def starts_from(
         base = arm.base_in_world(point.position, point.yaw)
         q, reached = brought_to(arm.robot, point.joints, inverse(base) @ cell.flange_targets(arm))
         if np.all(reached):
-            found.append(ArmPoint(point.position, point.yaw, q, None))
+            found.append(ArmSolution(point.position, point.yaw, q, None))
     return found
 
 
-def paths_from(cell: Cell, arm: Arm, optima: list[tuple[float, ArmPoint]], deadline: float) -> list[ArmPoint]:
+def paths_from(cell: Cell, arm: Arm, optima: list[tuple[float, ArmSolution]], deadline: float) -> list[ArmSolution]:
     """Paths of the true arm where the drawing has optima, (objective, point), through its own branches."""
     found = []
     for _, point in optima[:STARTS]:
@@ -68,11 +68,11 @@ def paths_from(cell: Cell, arm: Arm, optima: list[tuple[float, ArmPoint]], deadl
             break
         path = best_path(cell, arm, point.position, point.yaw)
         if np.isfinite(path.violation):
-            found.append(ArmPoint(path.position, path.yaw, path.joints, path.signs))
+            found.append(ArmSolution(path.position, path.yaw, path.joints, path.signs))
     return found
 
 
-def _same(first: ArmPoint, second: ArmPoint) -> bool:
+def _same(first: ArmSolution, second: ArmSolution) -> bool:
     away = max(float(np.max(np.abs(first.position - second.position))), abs(first.yaw - second.yaw))
     return first.signs == second.signs and away < APART
 

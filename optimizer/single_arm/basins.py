@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_fully
 from duocell.optimizer.reduction.screening import Candidate
 
@@ -16,7 +16,7 @@ WAY = np.linspace(0.0, 1.0, 9)
 """Places looked at on the way from a candidate to an optimum."""
 
 
-def elsewhere(problem: ReducedProblem, candidates: list[Candidate], optimum: ArmPoint) -> list[Candidate]:
+def elsewhere(problem: ReducedProblem, candidates: list[Candidate], optimum: ArmSolution) -> list[Candidate]:
     """Candidates that are not in the basin of an optimum.
 
     In its basin is a candidate of the same posture from which the way is straight downhill to the optimum: violation
@@ -43,9 +43,9 @@ def elsewhere(problem: ReducedProblem, candidates: list[Candidate], optimum: Arm
     ]
 
 
-def distinct_optima(optima: list[tuple[float, ArmPoint]]) -> list[tuple[float, int]]:
+def distinct_optima(optima: list[tuple[float, ArmSolution]]) -> list[tuple[float, int]]:
     """Distinct optima and how often each was reached: same posture, cost within 1e-5, base within a millimetre."""
-    groups: list[tuple[float, ArmPoint, int]] = []
+    groups: list[tuple[float, ArmSolution, int]] = []
     for objective, point in optima:
         for index, (value, other, hits) in enumerate(groups):
             if (

@@ -13,7 +13,7 @@ from duocell.models.base.arrays import Floats
 from duocell.models.cell.cell import Cell
 from duocell.models.kinematics.wrist_singularity import wrist_distance
 from duocell.optimizer.nlp.measure import largest_step, objective_of
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import ReducedProblem
 
 WRIST = 0.05
@@ -26,13 +26,13 @@ SAME = 1e-3
 """Relative difference of objectives that are about the same: a way that could not be gone was repaired by less."""
 
 
-def at_limit(cell: Cell, problem: ReducedProblem, best: ArmPoint) -> bool:
+def at_limit(cell: Cell, problem: ReducedProblem, best: ArmSolution) -> bool:
     """True if a joint is at its limit or makes the largest step that is allowed."""
     margin = -float(np.max(problem.arm.limit_excess(best.joints)))
     return margin < ACTIVE or largest_step(cell.task, best.joints) > cell.max_joint_step - ACTIVE
 
 
-def in_doubt(cell: Cell, problem: ReducedProblem, box: Floats, best: ArmPoint, least: float) -> bool:
+def in_doubt(cell: Cell, problem: ReducedProblem, box: Floats, best: ArmSolution, least: float) -> bool:
     """True if something better may lie in a sliver.
 
     Args:

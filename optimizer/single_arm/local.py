@@ -20,14 +20,14 @@ from duocell.models.robot.arm import Arm
 from duocell.optimizer.nlp.conditioning_cuts import TRUST, conditioning_gradients, keep_conditioning
 from duocell.optimizer.nlp.measure import largest_step
 from duocell.optimizer.nlp.pose_rows import BASE
-from duocell.optimizer.nlp.program import ArmPoint, Cuts, build_program
+from duocell.optimizer.nlp.program import ArmSolution, Cuts, build_program
 from duocell.optimizer.nlp.solve import Solve, solve_program
 
 CLEAR = 1e-3
 """Relative rise of the objective for which ways keep clear of singularities also where they begin and end."""
 
 
-def solve_locally(cell: Cell, arm: Arm, start: ArmPoint, deadline: float, known: float = np.inf) -> Solve:
+def solve_locally(cell: Cell, arm: Arm, start: ArmSolution, deadline: float, known: float = np.inf) -> Solve:
     """Solve the program of one arm from a start.
 
     Args:
@@ -54,7 +54,7 @@ def solve_locally(cell: Cell, arm: Arm, start: ArmPoint, deadline: float, known:
     return result
 
 
-def touches(cell: Cell, arm: Arm, point: ArmPoint) -> tuple[bool, bool]:
+def touches(cell: Cell, arm: Arm, point: ArmSolution) -> tuple[bool, bool]:
     """Whether a way goes through a pose too near a singularity, and whether one begins or ends at such a pose."""
     form = closed_form(arm.robot)
     if form is None or point.signs is None:
@@ -63,14 +63,14 @@ def touches(cell: Cell, arm: Arm, point: ArmPoint) -> tuple[bool, bool]:
     return bool(np.any(through)), bool(np.any(allowed > 0.0))
 
 
-def worse_for_its_ends(cell: Cell, arm: Arm, best: ArmPoint, point: ArmPoint) -> float:
+def worse_for_its_ends(cell: Cell, arm: Arm, best: ArmSolution, point: ArmSolution) -> float:
     """By which factor a point must beat the best one, where that keeps clear of singularities at its ends too."""
     clear = not touches(cell, arm, best)[1]
     return 1.0 - CLEAR if clear and touches(cell, arm, point)[1] else 1.0
 
 
 def _solve_rows(
-    cell: Cell, arm: Arm, start: ArmPoint, deadline: float, *, clear: bool = False, known: float = np.inf
+    cell: Cell, arm: Arm, start: ArmSolution, deadline: float, *, clear: bool = False, known: float = np.inf
 ) -> Solve:
     """Solve without rows of steps and conditioning, then with those that the answer breaks."""
     keep = start.signs is not None
@@ -85,7 +85,7 @@ def _solve_rows(
         values, _ = conditioning_gradients(arm, result.points[0].joints)
         if np.min(values) < arm.min_conditioning:
 
-            def solve(point: ArmPoint, cuts: Cuts, radius: float) -> Solve:
+            def solve(point: ArmSolution, cuts: Cuts, radius: float) -> Solve:
                 rows = {"keep_shoulder": keep, "clear": clear, "steps": steps}
                 return _solve(cell, arm, point, deadline, **rows, cuts=cuts, radius=radius)
 
@@ -97,7 +97,7 @@ def _solve_rows(
 def _solve(
     cell: Cell,
     arm: Arm,
-    start: ArmPoint,
+    start: ArmSolution,
     deadline: float,
     *,
     keep_shoulder: bool,

@@ -6,14 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.layers import LayeredPath
 from duocell.optimizer.reduction.reduced import ReducedProblem
 from duocell.optimizer.reduction.screening import Candidate, on_whole_task
 from duocell.optimizer.single_arm.refinement import path_from
 
 
-def nearest_candidate(problem: ReducedProblem, candidates: Sequence[Candidate]) -> ArmPoint | None:
+def nearest_candidate(problem: ReducedProblem, candidates: Sequence[Candidate]) -> ArmSolution | None:
     """The path that breaks least of the whole task, the cheaper one of two; None where no candidate has one.
 
     Args:
@@ -26,10 +26,10 @@ def nearest_candidate(problem: ReducedProblem, candidates: Sequence[Candidate]) 
     return path_from(problem, best.position, best.signs) if np.isfinite(best.violation) else None
 
 
-def nearest_path(paths: Sequence[LayeredPath]) -> ArmPoint | None:
+def nearest_path(paths: Sequence[LayeredPath]) -> ArmSolution | None:
     """The whole path that breaks least; None where every path lacks a pose."""
     whole = [path for path in paths if len(path.joints)]
     if not whole:
         return None
     best = min(whole, key=lambda path: (path.violation, path.objective))
-    return ArmPoint(best.position, best.yaw, best.joints, best.signs)
+    return ArmSolution(best.position, best.yaw, best.joints, best.signs)

@@ -20,7 +20,7 @@ from duocell.models.cell.task import Task
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.clearance.path_samples import ObjectPath
 from duocell.optimizer.nlp.measure import objective_of
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.results.layout import Reason
 from duocell.optimizer.single_arm.local import solve_locally
 from duocell.optimizer.verification.verify import check
@@ -37,7 +37,7 @@ Place = tuple[int, float]
 """The pose before, and the fraction of the way to the next."""
 
 
-def passable(cell: Cell, arm: Arm, point: ArmPoint, way: Way, deadline: float) -> tuple[float, ArmPoint] | None:
+def passable(cell: Cell, arm: Arm, point: ArmSolution, way: Way, deadline: float) -> tuple[float, ArmSolution] | None:
     """A usable point near one that is not passable, all of whose way can be gone.
 
     Args:
@@ -104,8 +104,8 @@ def _between(joints: Floats, places: list[Place], rows: Ints) -> Floats:
 
 
 def best_passable(
-    cell: Cell, arm: Arm, optima: Iterable[tuple[float, ArmPoint]], known: float, deadline: float
-) -> tuple[float, ArmPoint] | None:
+    cell: Cell, arm: Arm, optima: Iterable[tuple[float, ArmSolution]], known: float, deadline: float
+) -> tuple[float, ArmSolution] | None:
     """The best of some usable points whose whole way can be gone, repaired where that is needed.
 
     Args:
@@ -115,8 +115,8 @@ def best_passable(
         known: only what is better than this counts.
         deadline: `time.perf_counter` value, soft.
     """
-    best: tuple[float, ArmPoint] | None = None
-    stuck: list[ArmPoint] = []
+    best: tuple[float, ArmSolution] | None = None
+    stuck: list[ArmSolution] = []
     for value, point in optima:
         if value >= known or len(stuck) >= REPAIRS:
             break
@@ -132,7 +132,9 @@ def best_passable(
     return best
 
 
-def best_tolerable(cell: Cell, arm: Arm, optima: Iterable[tuple[float, ArmPoint]]) -> tuple[float, ArmPoint] | None:
+def best_tolerable(
+    cell: Cell, arm: Arm, optima: Iterable[tuple[float, ArmSolution]]
+) -> tuple[float, ArmSolution] | None:
     """The best of some usable points whose joints at most overshoot their limits a little between the poses.
 
     Args:
@@ -144,13 +146,13 @@ def best_tolerable(cell: Cell, arm: Arm, optima: Iterable[tuple[float, ArmPoint]
     return next((one for one in looked_at if follow_way(cell, arm, one[1]).tolerable), None)
 
 
-def _same(point: ArmPoint, other: ArmPoint) -> bool:
+def _same(point: ArmSolution, other: ArmSolution) -> bool:
     """True for points that are all but the same."""
     apart = np.max(np.abs(point.position - other.position)), np.max(np.abs(point.joints - other.joints))
     return point.signs == other.signs and max(apart) < NEAR
 
 
-def where_stuck(cell: Cell, arm: Arm, optima: list[tuple[float, ArmPoint]]) -> tuple[Reason, ...]:
+def where_stuck(cell: Cell, arm: Arm, optima: list[tuple[float, ArmSolution]]) -> tuple[Reason, ...]:
     """Where the best point gets stuck between its poses, if there are points and none of them gets through."""
     if not optima:
         return ()

@@ -9,7 +9,7 @@ import numpy as np
 
 from duocell.models.base.arrays import Floats
 from duocell.models.cell.cell import Cell
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.base_sample import BoxFrame
 from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed
 from duocell.optimizer.reduction.screening import Candidate, improve
@@ -21,15 +21,15 @@ MOST, CLOSER = 3, (1.0, 0.2, 0.04)
 """Candidates that are brought to their optimum, and the shares of the first radius that they start from."""
 
 
-def path_from(problem: ReducedProblem, position: Floats, signs: tuple[int, int, int]) -> ArmPoint:
+def path_from(problem: ReducedProblem, position: Floats, signs: tuple[int, int, int]) -> ArmSolution:
     """The best whole path from a base position (3,) in one posture."""
     paths = evaluate_signed(problem, position[None, :], np.array([signs]))
-    return ArmPoint(position, float(paths.yaw[0, 0]), paths.joints[:, 0, 0].T, signs)
+    return ArmSolution(position, float(paths.yaw[0, 0]), paths.joints[:, 0, 0].T, signs)
 
 
 def brought_to_optimum(
     cell: Cell, problem: ReducedProblem, frame: BoxFrame, radius: Floats, candidates: list[Candidate]
-) -> list[tuple[float, ArmPoint]]:
+) -> list[tuple[float, ArmSolution]]:
     """Objective and point of the best of some candidates, improved; those that pass the independent check.
 
     Args:

@@ -17,7 +17,7 @@ from duocell.optimizer.certificate.certify import BranchAndBound, certify
 from duocell.optimizer.monitoring.events import Screened, Started
 from duocell.optimizer.monitoring.watch import tell
 from duocell.optimizer.nlp.measure import objective_of
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reasons.reasons import explain_general, explain_proof, explain_reach, explain_reduced
 from duocell.optimizer.reduction.base_sample import BoxFrame
 from duocell.optimizer.reduction.box import search_box
@@ -181,7 +181,7 @@ def _search_boxes(
     )
 
 
-def _near(cell: Cell, problem: ReducedProblem, box: Floats, candidate: Candidate) -> list[tuple[float, ArmPoint]]:
+def _near(cell: Cell, problem: ReducedProblem, box: Floats, candidate: Candidate) -> list[tuple[float, ArmSolution]]:
     """What is usable within centimetres of a candidate, without the local solver."""
     radius = np.where(box[:, 1] > box[:, 0], NEAR, 0.0)
     return brought_to_optimum(cell, problem, BoxFrame.of(problem, box), radius, [candidate])
@@ -248,7 +248,7 @@ def _decide(cell: Cell, search: ArmSearch, problem: ReducedProblem, deadline: fl
 def _solve_candidates(cell: Cell, search: ArmSearch, problem: ReducedProblem, found: Screen, deadline: float) -> None:
     """Solve from the candidates that can lead to something better than what is known."""
     most = STARTS if len(problem.positions) < LONG_TASK else STARTS // 2
-    optima: list[tuple[float, ArmPoint]] = []
+    optima: list[tuple[float, ArmSolution]] = []
     waiting = worth_solving(found, problem)
     usable = [candidate for candidate in waiting if candidate.violation == 0.0]
     while waiting and time.perf_counter() < deadline and search.starts < most * (1 if optima else 2):
@@ -272,8 +272,8 @@ def _solve_candidates(cell: Cell, search: ArmSearch, problem: ReducedProblem, fo
 
 
 def _turned(
-    cell: Cell, search: ArmSearch, problem: ReducedProblem, reached: list[tuple[float, ArmPoint]], deadline: float
-) -> list[tuple[float, ArmPoint]]:
+    cell: Cell, search: ArmSearch, problem: ReducedProblem, reached: list[tuple[float, ArmSolution]], deadline: float
+) -> list[tuple[float, ArmSolution]]:
     """What is reached when joints take other turns where an optimum stands: local solves keep those of their start."""
     better = []
     for objective, point in reached:
@@ -304,7 +304,7 @@ def _search_seeds(
 ) -> list[LayeredPath]:
     """One search of the unreduced problem; the nearest paths, where it finds nothing usable."""
 
-    def solve(some: Cell, start: ArmPoint, known: float) -> list[tuple[float, ArmPoint]]:
+    def solve(some: Cell, start: ArmSolution, known: float) -> list[tuple[float, ArmSolution]]:
         return _solve(some, search, start, deadline, known)
 
     found = search_unreduced(cell, search.arm, box, seed, deadline, solve, parameters, search.objective)
@@ -317,8 +317,8 @@ def _search_seeds(
 
 
 def _solve(
-    cell: Cell, search: ArmSearch, start: ArmPoint, deadline: float, known: float = np.inf
-) -> list[tuple[float, ArmPoint]]:
+    cell: Cell, search: ArmSearch, start: ArmSolution, deadline: float, known: float = np.inf
+) -> list[tuple[float, ArmSolution]]:
     """The optimum reached from a start, if it passes the independent check; if below ``known``, surely."""
     if time.perf_counter() > deadline:
         search.finished = False
@@ -336,7 +336,7 @@ def _solve(
     return [(result.objective, point)] if usable else []
 
 
-def _keep(cell: Cell, search: ArmSearch, optima: list[tuple[float, ArmPoint]], deadline: float) -> None:
+def _keep(cell: Cell, search: ArmSearch, optima: list[tuple[float, ArmSolution]], deadline: float) -> None:
     """Take over the best of the optima whose way can be gone, and what they say about the basins."""
     fresh = sorted(optima, key=lambda optimum: optimum[0])
     search.optima = sorted(search.optima + optima, key=lambda optimum: optimum[0])

@@ -15,7 +15,7 @@ from duocell.models.cell.surroundings import PairClass
 from duocell.models.collision.collision import Configurations
 from duocell.models.collision.contact_gradient import contact_gradients
 from duocell.optimizer.nlp.pose_rows import BASE
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.sqp.linear_rows import RowCollector
 from duocell.optimizer.verification.scene import Scene, world_yaw
 
@@ -49,7 +49,7 @@ def add_contacts(
     rows.add_at(at, slopes.bases.reshape(len(at), BASE * len(bases)), slopes.joints, values, wanted)
 
 
-def add_floor(rows: RowCollector, scene: Scene, points: Sequence[ArmPoint]) -> None:
+def add_floor(rows: RowCollector, scene: Scene, points: Sequence[ArmSolution]) -> None:
     """One row per arm: the nearest piece of floor that it must not cover."""
     floor = scene.cell.surroundings.floor
     if floor is None:
@@ -63,7 +63,7 @@ def add_floor(rows: RowCollector, scene: Scene, points: Sequence[ArmPoint]) -> N
             rows.add(row, np.array([plane.distance]), np.zeros(1))
 
 
-def add_ties(rows: RowCollector, scene: Scene, points: Sequence[ArmPoint]) -> None:
+def add_ties(rows: RowCollector, scene: Scene, points: Sequence[ArmSolution]) -> None:
     """Two rows for every row of a coupling, one per side of its set."""
     place = np.array([[*point.position, point.yaw] for point in points])
     for coupling in scene.cell.couplings:

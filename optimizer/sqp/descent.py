@@ -13,7 +13,7 @@ from duocell.models.cell.cell import Cell
 from duocell.models.cell.surroundings import PairClass
 from duocell.optimizer.monitoring.events import Iterated
 from duocell.optimizer.monitoring.watch import check_stop, tell
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.sqp.linear_rows import LinearRows
 from duocell.optimizer.sqp.look import Look, look
 from duocell.optimizer.sqp.manifold import Unknowns, move
@@ -63,7 +63,7 @@ class Terms:
     price: float
     worth: float
     deadline: float
-    ends: Sequence[Sequence[ArmPoint]]
+    ends: Sequence[Sequence[ArmSolution]]
     beat: float
 
     @property
@@ -75,7 +75,7 @@ class Terms:
         """E with the violation made dear."""
         return at.objective + self.price * max(at.lack, 0.0)
 
-    def seen(self, points: Sequence[ArmPoint]) -> Look:
+    def seen(self, points: Sequence[ArmSolution]) -> Look:
         """What a layout is like."""
         return look(self.scene, self.unknowns, points, self.cushions)
 
@@ -198,7 +198,7 @@ class _Descent:
 
     def _step(
         self, model: Quadratic, rows: LinearRows, bounds: tuple[Floats, Floats]
-    ) -> tuple[Step | None, tuple[ArmPoint, ...] | None, bool]:
+    ) -> tuple[Step | None, tuple[ArmSolution, ...] | None, bool]:
         """The best step and where it leads; None where some arm does not reach its task there.
 
         A step that ends beyond the end of reach, which bends, is made anew with so much more of it left; False for
@@ -218,7 +218,7 @@ class _Descent:
         return step, None, False
 
 
-def _reach(cell: Cell, points: Sequence[ArmPoint], unknowns: Unknowns, radius: float) -> tuple[Floats, Floats]:
+def _reach(cell: Cell, points: Sequence[ArmSolution], unknowns: Unknowns, radius: float) -> tuple[Floats, Floats]:
     """(C,) bounds of a step: the trust region, and the base regions."""
     lower, upper = np.full(unknowns.count, -SPARE * radius), np.full(unknowns.count, SPARE * radius)
     for a, (arm, point) in enumerate(zip(cell.arms, points, strict=True)):

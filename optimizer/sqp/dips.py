@@ -16,7 +16,7 @@ from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import inverse
 from duocell.models.cell.singular_margins import spare_terms
 from duocell.models.kinematics.closed_form import closed_form
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.sqp.on_task import REACHED, brought_onto
 from duocell.optimizer.verification.scene import Scene
 
@@ -28,14 +28,14 @@ MISSED = 1.0
 """What a metre beyond reach counts for beside the terms of `spare_terms`."""
 
 
-def followed_dips(scene: Scene, points: Sequence[ArmPoint]) -> list[tuple[int, float]]:
+def followed_dips(scene: Scene, points: Sequence[ArmSolution]) -> list[tuple[int, float]]:
     """Where the dips that a scene knows are at a layout, as (pose before, fraction)."""
     return [
         (step, _bottom(scene, index, points[index], step, fraction, NEAR)[0]) for index, step, fraction in scene.dips
     ]
 
 
-def dips(scene: Scene, index: int, point: ArmPoint, step: int) -> list[float]:
+def dips(scene: Scene, index: int, point: ArmSolution, step: int) -> list[float]:
     """Fractions of a step at which an arm lacks most of its margins, one for each stretch on which it lacks any.
 
     Args:
@@ -54,7 +54,9 @@ def dips(scene: Scene, index: int, point: ArmPoint, step: int) -> list[float]:
     return [fraction for fraction, spare_there in found if spare_there < 0.0]
 
 
-def _bottom(scene: Scene, index: int, point: ArmPoint, step: int, fraction: float, width: float) -> tuple[float, float]:
+def _bottom(
+    scene: Scene, index: int, point: ArmSolution, step: int, fraction: float, width: float
+) -> tuple[float, float]:
     """The bottom of a dip within so much of a fraction of a step: its fraction, and what is spare there."""
     least = np.inf
     for _ in range(ZOOMS):
@@ -66,7 +68,7 @@ def _bottom(scene: Scene, index: int, point: ArmPoint, step: int, fraction: floa
     return fraction, least
 
 
-def _spare(scene: Scene, index: int, point: ArmPoint, step: int, fractions: Floats) -> Floats:
+def _spare(scene: Scene, index: int, point: ArmSolution, step: int, fractions: Floats) -> Floats:
     """(K,) the least spare term at fractions (K,) of a step; below zero where a margin is missed or the way is."""
     arm = scene.cell.arms[index]
     objects = scene.path.at(np.full(len(fractions), step), fractions)

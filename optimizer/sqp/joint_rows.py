@@ -12,7 +12,7 @@ from duocell.models.kinematics.nominal import singular_fifth
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.nlp.conditioning_cuts import NUDGE, conditioning_gradients
 from duocell.optimizer.nlp.pose_rows import BASE
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.sqp.linear_rows import RowCollector
 from duocell.optimizer.verification.scene import Scene
 
@@ -30,7 +30,7 @@ SINGULAR = 10.0
 """Conditioning numbers are small: a row counts them this many times."""
 
 
-def add_joint_rows(rows: RowCollector, scene: Scene, index: int, point: ArmPoint) -> None:
+def add_joint_rows(rows: RowCollector, scene: Scene, index: int, point: ArmSolution) -> None:
     """Add the rows of one arm of a layout."""
     arm = scene.cell.arms[index]
     _add_limits(rows, scene, index, arm)
@@ -53,7 +53,7 @@ def _add_limits(rows: RowCollector, scene: Scene, index: int, arm: Arm) -> None:
         _add(rows, scene, index, k, side * arm.bounded_slopes[i], margin[k, i])
 
 
-def _add_steps(rows: RowCollector, scene: Scene, index: int, point: ArmPoint) -> None:
+def _add_steps(rows: RowCollector, scene: Scene, index: int, point: ArmSolution) -> None:
     """Steps between consecutive poses of a segment that are near the largest allowed one."""
     poses, most = rows.samples.poses, scene.cell.max_joint_step
     change = np.diff(point.joints, axis=0)

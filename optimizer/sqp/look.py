@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from duocell.models.cell.surroundings import PairClass
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.sqp.cell_rows import add_contacts, add_floor, add_ties
 from duocell.optimizer.sqp.dips import followed_dips
 from duocell.optimizer.sqp.joint_rows import add_joint_rows
@@ -26,7 +26,7 @@ class Look:
         followed: False where an arm cannot follow the object between the poses.
     """
 
-    points: tuple[ArmPoint, ...]
+    points: tuple[ArmSolution, ...]
     objective: float
     rows: LinearRows
     along: tuple[Directions, ...]
@@ -38,7 +38,7 @@ class Look:
         return self.rows.lack
 
 
-def look(scene: Scene, unknowns: Unknowns, points: Sequence[ArmPoint], cushions: Mapping[PairClass, float]) -> Look:
+def look(scene: Scene, unknowns: Unknowns, points: Sequence[ArmSolution], cushions: Mapping[PairClass, float]) -> Look:
     """Measure a layout and linearise what is near to be violated.
 
     Args:

@@ -17,7 +17,7 @@ from duocell.models.kinematics.batch_kinematics import forward_and_jacobian
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.nlp.pose_rows import BASE
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.sqp.on_task import REACHED, brought_onto
 from duocell.optimizer.sqp.sensitivity import joints_by_base
 
@@ -84,8 +84,8 @@ def directions(arm: Arm, rotation: Floats, joints: Floats) -> Directions:
 
 
 def move(
-    cell: Cell, points: Sequence[ArmPoint], along: Sequence[Directions], unknowns: Unknowns, step: Floats
-) -> tuple[tuple[ArmPoint, ...], float]:
+    cell: Cell, points: Sequence[ArmSolution], along: Sequence[Directions], unknowns: Unknowns, step: Floats
+) -> tuple[tuple[ArmSolution, ...], float]:
     """The layout a step away, with every arm exactly on its task; and by how many m some arm misses it.
 
     Args:
@@ -103,5 +103,5 @@ def move(
         base_there = arm.base_in_world(position, yaw)
         found, missing = brought_onto(arm, point.signs, base_there, cell.flange_targets(arm), point.joints, q)
         most = max(most, float(np.max(missing)))
-        moved.append(ArmPoint(position, yaw, found, point.signs))
+        moved.append(ArmSolution(position, yaw, found, point.signs))
     return tuple(moved), most if most >= REACHED else 0.0

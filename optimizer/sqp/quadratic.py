@@ -13,7 +13,7 @@ from duocell.models.cell.cell import Cell
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.clearance.path_samples import follow
 from duocell.optimizer.nlp.pose_rows import BASE
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.sqp.manifold import Directions, Unknowns, directions
 
 STEP = 1e-4
@@ -38,7 +38,7 @@ class Quadratic:
         return float(self.gradient @ step + 0.5 * step @ self.curvature @ step)
 
 
-def quadratic(cell: Cell, points: Sequence[ArmPoint], along: Sequence[Directions], unknowns: Unknowns) -> Quadratic:
+def quadratic(cell: Cell, points: Sequence[ArmSolution], along: Sequence[Directions], unknowns: Unknowns) -> Quadratic:
     """The model at a layout: the exact gradient; the curvature by differences of it, or Gauss-Newton's.
 
     Args:
@@ -74,7 +74,7 @@ def _slopes(ways: Directions) -> Floats:
     return slopes
 
 
-def _differences(cell: Cell, arm: Arm, point: ArmPoint, ways: Directions) -> Floats | None:
+def _differences(cell: Cell, arm: Arm, point: ArmSolution, ways: Directions) -> Floats | None:
     """(4, 4) central differences of the gradient by the base; None where the arm cannot follow."""
     targets, m = cell.flange_targets(arm), len(cell.task)
     shifts = np.repeat(STEP * np.eye(BASE), 2, axis=0) * np.tile([1.0, -1.0], BASE)[:, None]

@@ -18,7 +18,7 @@ from duocell.models.cell.cell import Cell
 from duocell.models.cell.surroundings import PairClass
 from duocell.optimizer.clearance.clearance import PathClearance
 from duocell.optimizer.nlp.measure import placed
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.sqp.descent import CUSHION, SAME_BASIN, Terms, descend
 from duocell.optimizer.sqp.dips import dips, followed_dips
 from duocell.optimizer.sqp.look import Look
@@ -51,7 +51,7 @@ class Refined:
         rounds: programs solved.
     """
 
-    points: tuple[ArmPoint, ...]
+    points: tuple[ArmSolution, ...]
     objective: float
     lack: float
     clean: bool
@@ -67,7 +67,7 @@ def price_of(cell: Cell) -> float:
 
 def refine(
     scene: Scene,
-    start: Sequence[ArmPoint],
+    start: Sequence[ArmSolution],
     deadline: float,
     known: Sequence[Refined] = (),
     beat: float = np.inf,
@@ -104,7 +104,7 @@ class _Refinement:
     """
 
     scene: Scene
-    start: tuple[ArmPoint, ...]
+    start: tuple[ArmSolution, ...]
     deadline: float
     beat: float
     best: Refined | None = None
@@ -112,14 +112,14 @@ class _Refinement:
     _asked: Scene = field(init=False)
     _cushions: dict[PairClass, float] = field(init=False)
     _price: float = field(init=False)
-    _points: tuple[ArmPoint, ...] = field(init=False)
+    _points: tuple[ArmSolution, ...] = field(init=False)
     _safe: Look | None = None  # kept all distances at the samples; the way down must not lose that for good
 
     def __post_init__(self) -> None:
         self._asked, self._points, self._price = self.scene, self.start, price_of(self.scene.cell)
         self._cushions = dict.fromkeys(PairClass, CUSHION)
 
-    def descended(self, worth: float, ends: Sequence[Sequence[ArmPoint]]) -> Look:
+    def descended(self, worth: float, ends: Sequence[Sequence[ArmSolution]]) -> Look:
         """Where the next descent ends."""
         terms = Terms(self._asked, self._cushions, self._price, worth, self.deadline, ends, self.beat)
         seen = terms.seen(self._points)
@@ -181,7 +181,7 @@ def _judged(scene: Scene, here: Look, rounds: int) -> Refined:
     return Refined(here.points, here.objective, max(lack, here.lack if not clean else lack), clean, clearance, rounds)
 
 
-def _away_from_singularities(scene: Scene, clearance: PathClearance, points: Sequence[ArmPoint]) -> Scene:
+def _away_from_singularities(scene: Scene, clearance: PathClearance, points: Sequence[ArmSolution]) -> Scene:
     """The scene with arms that lose their way between two poses kept farther from singularities, where that happens."""
     lost = {one.arm for one in clearance.breaks}
     arms = []
@@ -201,7 +201,7 @@ def _with_worst_limit(scene: Scene, clearance: PathClearance) -> Scene:
     return replace(scene, between=(*scene.between, (worst.pose, worst.fraction)))
 
 
-def _with_breaks(scene: Scene, clearance: PathClearance, points: Sequence[ArmPoint]) -> Scene | None:
+def _with_breaks(scene: Scene, clearance: PathClearance, points: Sequence[ArmSolution]) -> Scene | None:
     """The scene with the places at which an arm lost its way for more samples; None where there is no new one."""
     between, known = set(scene.between), set(scene.dips)
     names = [arm.name for arm in scene.cell.arms]
@@ -215,7 +215,7 @@ def _with_breaks(scene: Scene, clearance: PathClearance, points: Sequence[ArmPoi
     return closer if (closer.between, closer.dips) != (scene.between, scene.dips) else None
 
 
-def _is_followed(scene: Scene, points: Sequence[ArmPoint]) -> bool:
+def _is_followed(scene: Scene, points: Sequence[ArmSolution]) -> bool:
     """True if a layout's arms follow the object at all places that are looked at."""
     between = (*scene.between, *followed_dips(scene, points))
     return sample_path(scene.cell, scene.path, scene.bases(points), points, between).followed

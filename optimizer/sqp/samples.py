@@ -11,7 +11,7 @@ from duocell.models.base.arrays import Floats, Ints
 from duocell.models.base.pose import inverse
 from duocell.models.cell.cell import Cell
 from duocell.optimizer.clearance.path_samples import ObjectPath
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.sqp.on_task import REACHED, brought_onto
 
 LONGEST_STEP, LONGEST_SHIFT = 0.25, 0.08
@@ -48,7 +48,7 @@ def sample_path(
     cell: Cell,
     path: ObjectPath,
     bases: Floats,
-    points: Sequence[ArmPoint],
+    points: Sequence[ArmSolution],
     between: Sequence[tuple[int, float]] = (),
 ) -> Samples:
     """Sample a layout's path.
@@ -89,7 +89,7 @@ def sample_path(
     )
 
 
-def _cuts(path: ObjectPath, points: Sequence[ArmPoint]) -> Ints:
+def _cuts(path: ObjectPath, points: Sequence[ArmSolution]) -> Ints:
     """(m - 1,) into how many intervals each step is cut."""
     turned = np.max([np.max(np.abs(np.diff(point.joints, axis=0)), axis=1) for point in points], axis=0)
     shifted = np.linalg.norm(path.shifts, axis=1)

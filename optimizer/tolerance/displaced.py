@@ -16,7 +16,7 @@ from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.kinematics.kinematics import characteristic_length
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.clearance.path_samples import follow
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.tolerance.nominal import Nominal
 from duocell.optimizer.verification.verify import LIMITS, SIDE, wrong_sides
 
@@ -98,11 +98,11 @@ class Displaced:
         found = {kind: model.closest(places, kind, gaps) for kind in model.kinds}
         return {kind: entry[1].distance for kind, entry in found.items() if entry is not None}
 
-    def points(self, i: int) -> tuple[ArmPoint, ...]:
+    def points(self, i: int) -> tuple[ArmSolution, ...]:
         """A layout, one point per arm."""
         m = self.nominal.poses
         return tuple(
-            ArmPoint(point.position + error[:3], point.yaw + float(error[3]), path.joints[i, :m], point.signs)
+            ArmSolution(point.position + error[:3], point.yaw + float(error[3]), path.joints[i, :m], point.signs)
             for point, error, path in zip(self.nominal.points, self.errors[i], self.paths, strict=True)
         )
 

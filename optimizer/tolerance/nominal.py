@@ -13,7 +13,7 @@ from duocell.models.cell.cell import Cell
 from duocell.models.kinematics.branches import path_signs
 from duocell.models.kinematics.closed_form import closed_form
 from duocell.optimizer.clearance.path_samples import follow
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.results.findings import Clearance
 from duocell.optimizer.results.placement import Placement
 from duocell.optimizer.sqp.sensitivity import joints_by_base
@@ -34,7 +34,7 @@ class Nominal:
     """
 
     scene: Scene
-    points: tuple[ArmPoint, ...]
+    points: tuple[ArmSolution, ...]
     bases: Floats
     step: Ints
     fraction: Floats
@@ -104,7 +104,7 @@ class Nominal:
         )
 
 
-def _point(cell: Cell, index: int, placement: Placement) -> ArmPoint:
+def _point(cell: Cell, index: int, placement: Placement) -> ArmSolution:
     form = closed_form(cell.arms[index].robot)
     signs = None if form is None else path_signs(form, placement.joints)
-    return ArmPoint(placement.position, placement.yaw, placement.joints, signs)
+    return ArmSolution(placement.position, placement.yaw, placement.joints, signs)

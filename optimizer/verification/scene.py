@@ -19,7 +19,7 @@ from duocell.models.robot.arm import Arm
 from duocell.optimizer.clearance.clearance import PathClearance
 from duocell.optimizer.clearance.path_samples import ObjectPath
 from duocell.optimizer.nlp.measure import objective_of
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.verification.verify import check
 from duocell.optimizer.verification.whole_way import check_whole_way
 
@@ -69,20 +69,20 @@ class Scene:
             tuple(around.footprint(arm.name) for arm in cell.arms),
         )
 
-    def bases(self, points: Sequence[ArmPoint]) -> Floats:
+    def bases(self, points: Sequence[ArmSolution]) -> Floats:
         """(A, 4, 4) bases in the world."""
         return np.stack([arm.base_in_world(p.position, p.yaw) for arm, p in zip(self.cell.arms, points, strict=True)])
 
-    def objective(self, points: Sequence[ArmPoint]) -> float:
+    def objective(self, points: Sequence[ArmSolution]) -> float:
         """E of a layout."""
         task = self.cell.task
         return sum(objective_of(task, arm, point.joints) for arm, point in zip(self.cell.arms, points, strict=True))
 
-    def floor_lack(self, points: Sequence[ArmPoint]) -> float:
+    def floor_lack(self, points: Sequence[ArmSolution]) -> float:
         """Largest distance [m] by which a footprint is where it must not be; <= 0 if none is."""
         return float(self.floor_lacks([points])[0])
 
-    def floor_lacks(self, layouts: Sequence[Sequence[ArmPoint]]) -> Floats:
+    def floor_lacks(self, layouts: Sequence[Sequence[ArmSolution]]) -> Floats:
         """(L,) m, likewise for many layouts."""
         floor = self.cell.surroundings.floor
         if floor is None or not len(layouts):
@@ -95,12 +95,12 @@ class Scene:
         worst: Floats = np.max(lacks, axis=0)
         return worst
 
-    def tie_lack(self, points: Sequence[ArmPoint]) -> float:
+    def tie_lack(self, points: Sequence[ArmSolution]) -> float:
         """Largest violation of a coupling row [m or rad]."""
         bases = [(*point.position, point.yaw) for point in points]
         return max((tie_violation(coupling.rows(bases)) for coupling in self.cell.couplings), default=0.0)
 
-    def contact_lacks(self, layouts: Sequence[Sequence[ArmPoint]]) -> Floats:
+    def contact_lacks(self, layouts: Sequence[Sequence[ArmSolution]]) -> Floats:
         """(L,) m, largest shortfall of a distance at the poses of each layout; 0 where none falls short."""
         model, m = self.model, len(self.cell.task)
         lacks: Floats = np.zeros(len(layouts))
@@ -135,11 +135,11 @@ class Scene:
             least[layouts] = np.minimum(least[layouts], gaps)
             spare[layouts, nearest[layouts]] = np.inf
 
-    def certify(self, points: Sequence[ArmPoint]) -> PathClearance:
+    def certify(self, points: Sequence[ArmSolution]) -> PathClearance:
         """The full check of the path at and between its poses."""
         return check_whole_way(self.cell, self.model, points)
 
-    def usable(self, points: Sequence[ArmPoint]) -> bool:
+    def usable(self, points: Sequence[ArmSolution]) -> bool:
         """True if every arm passes the independent check of its own part."""
         return all(check(self.cell, arm, point).usable for arm, point in zip(self.cell.arms, points, strict=True))
 
@@ -161,7 +161,7 @@ def alone_scene(cell: Cell, arm: Arm) -> Scene:
     return Scene.of(replace(cell, arms=(arm,), couplings=()), holders=cell.arms)
 
 
-def own_lacks(alone: Scene, points: Sequence[ArmPoint]) -> list[float]:
+def own_lacks(alone: Scene, points: Sequence[ArmSolution]) -> list[float]:
     """Largest shortfall [m] of floor and distances at the poses of each point, as far as one arm alone is concerned."""
     contacts = alone.contact_lacks([[point] for point in points])
     return [max(alone.floor_lack([point]), float(lack)) for point, lack in zip(points, contacts, strict=True)]

@@ -17,7 +17,7 @@ from duocell.models.kinematics.nominal import posture_form
 from duocell.models.kinematics.wrist_singularity import wrist_shortfall
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.nlp.measure import largest_step
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.results.layout import Verification
 
 POSITION = 1e-6
@@ -66,7 +66,7 @@ class ArmCheck:
         )
 
 
-def check(cell: Cell, arm: Arm, point: ArmPoint) -> ArmCheck:
+def check(cell: Cell, arm: Arm, point: ArmSolution) -> ArmCheck:
     """Check one arm's part of an answer.
 
     Args:
@@ -94,7 +94,7 @@ def check(cell: Cell, arm: Arm, point: ArmPoint) -> ArmCheck:
     )
 
 
-def _wrong_side(arm: Arm, point: ArmPoint) -> float:
+def _wrong_side(arm: Arm, point: ArmSolution) -> float:
     """How far the path goes to the other side of its posture's signs; infinite in a posture that is not admitted."""
     form, signs = closed_form(arm.robot), point.signs
     if form is None:  # the postures of an arm that is not quite as drawn are those of its drawing

@@ -38,7 +38,7 @@ from duocell.optimizer.clearance.clearance import Break, LimitExcess
 from duocell.optimizer.clearance.continuous_collision import LIMITS as EXACT
 from duocell.optimizer.clearance.continuous_collision import SAFETY, Resolution
 from duocell.optimizer.clearance.path_samples import STRAY, ObjectPath, follow, keep_inside
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 
 LIMITS = 1e-6
 """rad; a smaller excess over a limit between two poses is rounding of followed paths."""
@@ -126,7 +126,7 @@ Follower = Callable[[Floats, _Intervals], tuple[Floats, Bools]]
 """From flange poses (I, 4, 4) in the world: joints (I, n) rad in the middles, and (I,) True where there are any."""
 
 
-def follow_way(cell: Cell, arm: Arm, point: ArmPoint, resolution: Resolution | None = None) -> Way:
+def follow_way(cell: Cell, arm: Arm, point: ArmSolution, resolution: Resolution | None = None) -> Way:
     """Follow an arm along its path.
 
     Args:
@@ -183,7 +183,7 @@ def _object_path(task: Task) -> ObjectPath:
 # --- where the arm is in the middle -----------------------------------------------------------------------------------
 
 
-def _follower(arm: Arm, point: ArmPoint) -> Follower:
+def _follower(arm: Arm, point: ArmSolution) -> Follower:
     """How an arm finds its joints in the middles of intervals."""
     form, base, signs = closed_form(arm.robot), arm.base_in_world(point.position, point.yaw), point.signs
     if form is None or signs is None:

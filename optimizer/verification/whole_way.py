@@ -10,11 +10,11 @@ from duocell.models.cell.cell import Cell
 from duocell.models.collision.collision import CollisionModel
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.clearance.clearance import LimitExcess, PathClearance, check_clearance
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.verification.way import follow_way
 
 
-def check_whole_way(cell: Cell, model: CollisionModel | None, points: Sequence[ArmPoint]) -> PathClearance:
+def check_whole_way(cell: Cell, model: CollisionModel | None, points: Sequence[ArmSolution]) -> PathClearance:
     """Check a layout at and between its poses.
 
     Args:
@@ -39,7 +39,7 @@ def check_whole_way(cell: Cell, model: CollisionModel | None, points: Sequence[A
     return PathClearance(found.classes, (*found.breaks, *more), worst, found.limits_certain and not more, found.samples)
 
 
-def _at_poses(arm: Arm, point: ArmPoint) -> LimitExcess:
+def _at_poses(arm: Arm, point: ArmSolution) -> LimitExcess:
     """The joint nearest to its limits at the poses."""
     excess = arm.limit_excess(point.joints)
     k, i = np.unravel_index(int(np.argmax(excess)), excess.shape)

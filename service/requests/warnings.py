@@ -12,7 +12,7 @@ from duocell.models.cell.cell import Cell
 from duocell.models.kinematics.branches import path_signs
 from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.robot.arm import Arm as ModelArm
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.results.layout import Layout
 from duocell.optimizer.verification.way import follow_way
 from duocell.optimizer.verification.words import between
@@ -79,7 +79,7 @@ def _overshoots(pointer: str, cell: Cell, arm: ModelArm, layout: Layout) -> Iter
     for one in placed:
         form = closed_form(arm.robot)
         signs = None if form is None else path_signs(form, one.joints)
-        for excess in follow_way(cell, arm, ArmPoint(one.position, one.yaw, one.joints, signs)).excesses:
+        for excess in follow_way(cell, arm, ArmSolution(one.position, one.yaw, one.joints, signs)).excesses:
             detail = (
                 f"{excess.joint} passes its limit by {degrees(excess.amount):.2f}° "
                 f"{between(excess.pose, excess.fraction)}, where the part goes straight. Add a pose there if it has to."

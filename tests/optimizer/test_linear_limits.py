@@ -18,7 +18,7 @@ from duocell.models.robot.arm import Arm
 from duocell.models.robot.linear_limits import LinearLimits
 from duocell.optimizer.certificate.certify import certify
 from duocell.optimizer.evaluation.evaluate import evaluate_layout
-from duocell.optimizer.nlp.program import ArmPoint, build_program
+from duocell.optimizer.nlp.program import ArmSolution, build_program
 from duocell.optimizer.optimize import optimize
 from duocell.optimizer.reduction.reduced import evaluate, reduced_problem
 from duocell.optimizer.results.layout import Layout, Outcome
@@ -270,7 +270,7 @@ def test_rows_of_the_program_follow_the_sums() -> None:
     free = cell_of(count=3)
     cell = with_sums(free, sums((SHOULDER, -3.0, 0.3), ([0.0, 0.0, -0.5, 0.0, 2.0, 0.0], -2.0, 0.6)))
     arm, rng = cell.arms[0], np.random.default_rng(1)
-    point = ArmPoint(np.zeros(3), 0.0, rng.uniform(-1.0, 1.0, (3, 6)))
+    point = ArmSolution(np.zeros(3), 0.0, rng.uniform(-1.0, 1.0, (3, 6)))
     program = build_program(cell, [arm], [point], steps=True)
     assert arm.linear_limits is not None
     rows, slopes = program.structure.jacobian(program.pack([point]), program.parameters)

@@ -16,7 +16,7 @@ from duocell.models.base.arrays import Floats, Ints
 from duocell.models.cell.cell import Cell
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.clearance.path_samples import ObjectPath
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import Paths, ReducedProblem, evaluate, evaluate_signed, reduced_problem
 from duocell.optimizer.verification.scene import Scene
 
@@ -92,7 +92,7 @@ class Followed:
             found.append(FollowedProblem(dense, poses, scene.cell.max_joint_step, joined))
         return Followed(scene if same else Scene.of(cell), tuple(found), poses)
 
-    def at_poses(self, points: Sequence[ArmPoint]) -> tuple[ArmPoint, ...]:
+    def at_poses(self, points: Sequence[ArmSolution]) -> tuple[ArmSolution, ...]:
         """A layout at the poses alone."""
         return tuple(replace(point, joints=point.joints[self.poses]) for point in points)
 

@@ -13,7 +13,7 @@ from duocell.models.robot.posture import ALL_SIGNS
 from duocell.optimizer.coupled.candidates.followed import FollowedProblem
 from duocell.optimizer.coupled.candidates.unknowns import Samples
 from duocell.optimizer.monitoring.watch import check_stop
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import ReducedProblem, conditioning_shortfall
 
 AT_ONCE = 60_000
@@ -71,10 +71,10 @@ class Placements:
             np.concatenate([part.cells for part in parts]),
         )
 
-    def point(self, row: int) -> ArmPoint:
+    def point(self, row: int) -> ArmSolution:
         """One of them."""
         a, b, c = map(int, self.signs[row])
-        return ArmPoint(self.positions[row], float(self.yaws[row]), self.joints[row], (a, b, c))
+        return ArmSolution(self.positions[row], float(self.yaws[row]), self.joints[row], (a, b, c))
 
     def turns(self, problem: ReducedProblem) -> Floats:
         """(N, 2) rad, by how much a base may turn under its arm at least and at most."""

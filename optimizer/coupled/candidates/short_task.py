@@ -20,7 +20,7 @@ from duocell.models.cell.task import Task
 from duocell.models.robot.arm import TURN
 from duocell.optimizer.clearance.path_samples import ObjectPath
 from duocell.optimizer.coupled.candidates.starts import Start
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.pose_sample import sample_segment
 from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed, reduced_problem
 from duocell.optimizer.verification.scene import Scene
@@ -57,11 +57,11 @@ class ShortTask:
         short = replace(cell, task=task, max_joint_step=min(pi, between))
         return ShortTask(scene, tuple(problems), poses, _on_task(scene, short), _problems(short, problems))
 
-    def at_poses(self, points: Sequence[ArmPoint]) -> tuple[ArmPoint, ...]:
+    def at_poses(self, points: Sequence[ArmSolution]) -> tuple[ArmSolution, ...]:
         """A layout of the whole task on the short one."""
         return tuple(replace(point, joints=point.joints[self.poses]) for point in points)
 
-    def on_whole(self, points: Sequence[ArmPoint]) -> Start | None:
+    def on_whole(self, points: Sequence[ArmSolution]) -> Start | None:
         """A layout of the short task on all poses and what it lacks there; None where an arm does not reach one."""
         found = []
         for problem, point in zip(self.problems, points, strict=True):
@@ -74,7 +74,7 @@ class ShortTask:
         )
         return Start(tuple(found), self.whole.objective(found), lack)
 
-    def _followed(self, problem: ReducedProblem, point: ArmPoint) -> ArmPoint | None:
+    def _followed(self, problem: ReducedProblem, point: ArmSolution) -> ArmSolution | None:
         """A point of one arm on all poses: the same base, posture and turns of the joints."""
         if point.signs is None:
             return None
@@ -86,7 +86,7 @@ class ShortTask:
         for segment in problem.segments:
             first = int(np.searchsorted(self.poses, segment.start))
             joints[segment] += TURN * np.round((point.joints[first] - joints[self.poses[first]]) / TURN)
-        return ArmPoint(point.position, point.yaw, joints, point.signs)
+        return ArmSolution(point.position, point.yaw, joints, point.signs)
 
 
 def shortened(task: Task, count: int) -> tuple[Ints, Task]:

@@ -12,7 +12,7 @@ from duocell.models.base.arrays import Ints
 from duocell.optimizer.coupled.candidates.extender import Layouts
 from duocell.optimizer.coupled.candidates.followed import Followed
 from duocell.optimizer.monitoring.watch import check_stop
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.sqp.nearby import nearby
 from duocell.optimizer.verification.scene import LIMITS
 
@@ -32,7 +32,7 @@ class Start:
         points: one per arm. objective: E. lack: largest shortfall [m], <= 0 if none.
     """
 
-    points: tuple[ArmPoint, ...]
+    points: tuple[ArmSolution, ...]
     objective: float
     lack: float
 
@@ -87,6 +87,6 @@ def _measured(
             yield Start(followed.at_poses(own), float(layouts.objective[row]), worst)
 
 
-def _distinct(points: Sequence[ArmPoint], others: Sequence[Start], apart: float) -> bool:
+def _distinct(points: Sequence[ArmSolution], others: Sequence[Start], apart: float) -> bool:
     """False beside an earlier start in the same postures."""
     return not any(nearby(points, other.points, apart) for other in others)

@@ -13,7 +13,7 @@ from duocell.models.cell.cell import Cell
 from duocell.optimizer.coupled.combinations.place_tied import tied
 from duocell.optimizer.coupled.combinations.pool import Member, Pool
 from duocell.optimizer.monitoring.watch import check_stop
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import ReducedProblem
 from duocell.optimizer.sqp.nearby import nearby
 from duocell.optimizer.sqp.refine import price_of
@@ -43,7 +43,7 @@ class Combination:
         points: one per arm. objective: E. lack: largest shortfall at the poses [m], <= 0 if none.
     """
 
-    points: tuple[ArmPoint, ...]
+    points: tuple[ArmSolution, ...]
     objective: float
     lack: float
 

@@ -10,7 +10,7 @@ from duocell.models.base.arrays import Floats
 from duocell.models.cell.coupling import Coupling
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.coupled.combinations.pool import Member
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed
 
 STEPS = 4
@@ -57,7 +57,7 @@ def tied(
         for k, i in enumerate(chunk):
             if paths.violation[0, k] == 0.0:
                 members, member = pairs[i]
-                point = ArmPoint(positions[i], float(paths.yaw[0, k]), paths.joints[:, 0, k].T, member.point.signs)
+                point = ArmSolution(positions[i], float(paths.yaw[0, k]), paths.joints[:, 0, k].T, member.point.signs)
                 grown.append((*members, Member(point, float(paths.objective[0, k]), member.lack)))
     return grown
 

@@ -15,7 +15,7 @@ from duocell.models.cell.cell import Cell
 from duocell.models.robot.arm import Arm
 from duocell.models.robot.posture import ALL_SIGNS
 from duocell.optimizer.monitoring.watch import check_stop
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.box import search_box, spread
 from duocell.optimizer.reduction.reduced import ReducedProblem, conditioning_shortfall, evaluate
 from duocell.optimizer.single_arm.redundant.varied_paths import varied_paths
@@ -49,7 +49,7 @@ class Member:
         lack: largest shortfall of floor, obstacles, own part and self [m], <= 0 if there is none.
     """
 
-    point: ArmPoint
+    point: ArmSolution
     objective: float
     lack: float
 
@@ -122,7 +122,7 @@ class _Look:
     price: float
     deadline: float
 
-    def __call__(self, found: Sequence[tuple[float, ArmPoint]]) -> list[Member]:
+    def __call__(self, found: Sequence[tuple[float, ArmSolution]]) -> list[Member]:
         """Those that can be repaired, of candidates in the order of their objective."""
         crowd, looked = _Crowd(self.apart), 0
         scores: list[float] = []
@@ -156,7 +156,7 @@ class _Crowd:
         place = member.point.position.tolist()
         self._places.setdefault(member.point.signs, []).append((place, member.lack <= 0.0))
 
-    def admits(self, point: ArmPoint) -> bool:
+    def admits(self, point: ArmSolution) -> bool:
         """False beside a clean member of the same posture, or in a crowd of others."""
         here = point.position.tolist()
         beside = [clean for place, clean in self._places.get(point.signs, ()) if self._near(place, here)]
@@ -169,12 +169,12 @@ class _Crowd:
 
 def _reduced_points(
     cell: Cell, arm: Arm, problem: ReducedProblem, round_: int, seed: int
-) -> tuple[list[tuple[float, ArmPoint]], int]:
+) -> tuple[list[tuple[float, ArmSolution]], int]:
     """Usable paths from an even spread of bases, by objective."""
     box = search_box(cell, arm)
     count = POINTS[int(np.sum(box[:, 1] > box[:, 0]))]
     positions = spread(box, count * 4**round_ if count > 1 else 1, seed + 17 * round_)
-    found: list[tuple[float, ArmPoint]] = []
+    found: list[tuple[float, ArmSolution]] = []
     for at in range(0, len(positions), CHUNK):
         some = positions[at : at + CHUNK]
         paths = evaluate(problem, some)
@@ -182,7 +182,7 @@ def _reduced_points(
             check_stop()
             joints = paths.joints[:, k, i]
             if arm.min_conditioning is None or conditioning_shortfall(problem, joints[:, None, :])[0] <= 0.0:
-                point = ArmPoint(some[i], float(paths.yaw[k, i]), joints.T, ALL_SIGNS[k])
+                point = ArmSolution(some[i], float(paths.yaw[k, i]), joints.T, ALL_SIGNS[k])
                 found.append((float(paths.objective[k, i]), point))
     found.sort(key=lambda entry: entry[0])
     return found, len(positions) * int(np.sum(problem.postures))
@@ -198,17 +198,17 @@ def _on_floor(cell: Cell, arm: Arm, positions: Floats, yaws: Floats, usable: Int
     return usable[floor.signed_distance(positions[usable[:, 1], :2], footprint, turned) >= -REPAIRABLE]
 
 
-def _general_points(cell: Cell, arm: Arm, seed: int, deadline: float) -> tuple[list[tuple[float, ArmPoint]], int]:
+def _general_points(cell: Cell, arm: Arm, seed: int, deadline: float) -> tuple[list[tuple[float, ArmSolution]], int]:
     """Usable paths of an arm without a reduced problem, by objective."""
     found = varied_paths(cell, arm, search_box(cell, arm), seed, deadline)
     points = [
-        (path.objective, ArmPoint(path.position, path.yaw, path.joints, path.signs))
+        (path.objective, ArmSolution(path.position, path.yaw, path.joints, path.signs))
         for path in found.paths
         if path.violation == 0.0 and len(path.joints)
     ]
     return [(value, point) for value, point in points if check(cell, arm, point).usable], found.evaluated
 
 
-def with_optimum(pool: Pool, alone: Scene, optimum: ArmPoint, objective: float) -> Pool:
+def with_optimum(pool: Pool, alone: Scene, optimum: ArmSolution, objective: float) -> Pool:
     """The pool with the uncoupled optimum in front."""
     return replace(pool, members=[Member(optimum, objective, own_lacks(alone, [optimum])[0]), *pool.members])

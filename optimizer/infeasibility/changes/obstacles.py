@@ -13,7 +13,7 @@ from duocell.models.cell.cell import Cell
 from duocell.models.geometry.shapes import Body
 from duocell.optimizer.infeasibility.changes.remedy import FARTHEST, Remedy
 from duocell.optimizer.infeasibility.requirements import Requirement
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.verification.scene import LIMITS, Scene
 
 WAYS = 8
@@ -35,7 +35,7 @@ def moved_obstacle(cell: Cell, requirement: Requirement) -> Remedy:
         del amount
         return f"remove {obstacles[k].name}"
 
-    def fitted(points: tuple[ArmPoint, ...]) -> Remedy:
+    def fitted(points: tuple[ArmSolution, ...]) -> Remedy:
         return min((_towards(cell, requirement, way) for way in _ways(cell, k)), key=lambda r: _enough(r, points))
 
     return Remedy(gone, words, _pointer(k), 1.0, 1.0, 1.0, requirement, fitted=fitted)
@@ -75,7 +75,7 @@ def _ways(cell: Cell, k: int) -> list[Floats]:
     return [np.round(way, 6) for way in (*first, *level, np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0]))]
 
 
-def _enough(remedy: Remedy, points: tuple[ArmPoint, ...]) -> float:
+def _enough(remedy: Remedy, points: tuple[ArmSolution, ...]) -> float:
     """m, about the smallest distance for which a layout keeps everything at the poses; inf where none is."""
     amount = NEAREST
     while amount <= FARTHEST:

@@ -13,7 +13,7 @@ from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import Task
 from duocell.optimizer.clearance.path_samples import ObjectPath, follow
 from duocell.optimizer.infeasibility.searched.trial import clean
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.results.findings import Relaxation
 from duocell.optimizer.verification.scene import Scene
 
@@ -23,7 +23,7 @@ MOST = 200
 """Poses that are added at most."""
 
 
-def more_poses(cell: Cell, points: Sequence[ArmPoint]) -> Relaxation | None:
+def more_poses(cell: Cell, points: Sequence[ArmSolution]) -> Relaxation | None:
     """Poses to be added with which a layout keeps the largest joint step; None where that takes too many.
 
     Args:
@@ -72,7 +72,7 @@ def _places(cuts: Ints) -> tuple[Ints, Floats]:
     return step, np.concatenate([np.arange(cut) / cut for cut in cuts])
 
 
-def _followed(cell: Cell, a: int, point: ArmPoint, cuts: Ints) -> Floats:
+def _followed(cell: Cell, a: int, point: ArmSolution, cuts: Ints) -> Floats:
     """(k, n) rad, joints of an arm at the poses and those between; NaN where it does not get to."""
     arm, (step, fraction) = cell.arms[a], _places(cuts)
     base = arm.base_in_world(point.position, point.yaw)

@@ -10,7 +10,7 @@ from duocell.models.cell.cell import Cell
 from duocell.optimizer.infeasibility.effort import Effort
 from duocell.optimizer.infeasibility.largest import Largest
 from duocell.optimizer.infeasibility.requirements import Requirement
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 
 FARTHEST = 3.0
 """m that anything is moved or widened at most."""
@@ -41,5 +41,5 @@ class Remedy:
     undoes: Requirement | None = None
     kept: Callable[[int, Effort], Largest | None] | None = None
     required: float = 0.0
-    fitted: Callable[[tuple[ArmPoint, ...]], Remedy] | None = None
+    fitted: Callable[[tuple[ArmSolution, ...]], Remedy] | None = None
     need: Callable[[Sequence[Floats]], Floats] | None = None

@@ -20,7 +20,7 @@ from duocell.optimizer.infeasibility.requirements import (
 from duocell.optimizer.infeasibility.searched.partial_path import PartialPath, extended
 from duocell.optimizer.infeasibility.searched.trial import find
 from duocell.optimizer.infeasibility.searched.violations import Violation, part_violations, violations
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 
 SHARE = 0.3
 """Share of the time left that one trial may take."""
@@ -184,7 +184,7 @@ class ConflictSearch:
         self.meet(ways, selection)
         return True
 
-    def _hint(self, known: Known, selection: Selection) -> tuple[ArmPoint, ...] | None:
+    def _hint(self, known: Known, selection: Selection) -> tuple[ArmSolution, ...] | None:
         """A known layout as one of a selection, if it keeps that."""
         arms = arms_of(self.cell, selection)
         if not known.keeps(selection) or any(a not in known.ways for a in arms):

@@ -11,7 +11,7 @@ from duocell.models.base.pose import inverse
 from duocell.models.cell.cell import Cell
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.clearance.path_samples import ObjectPath, follow
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 
 CUTS = 2, 8
 """Steps in which an arm follows the part from a pose to the next: at first, and where that fails."""
@@ -27,18 +27,18 @@ class PartialPath:
         lost: poses next to these that the arm does not get to from there; without any, it gets to all.
     """
 
-    point: ArmPoint
+    point: ArmSolution
     first: int
     last: int
     lost: tuple[int, ...]
 
-    def between(self, first: int, last: int) -> ArmPoint:
+    def between(self, first: int, last: int) -> ArmSolution:
         """The same base with the joints from one pose to another, both included; a single one is held for two."""
         rows = np.arange(first, last + 1) if first < last else np.array([first, first])
         return replace(self.point, joints=self.point.joints[rows])
 
 
-def extended(cell: Cell, arm: Arm, point: ArmPoint, first: int, last: int) -> PartialPath:
+def extended(cell: Cell, arm: Arm, point: ArmSolution, first: int, last: int) -> PartialPath:
     """Follow the part outwards, on from the end of a segment to the start of the next as if it were one way.
 
     Args:
@@ -63,7 +63,7 @@ def extended(cell: Cell, arm: Arm, point: ArmPoint, first: int, last: int) -> Pa
             pose += step
             joints[pose] = q
         first, last = (first, pose) if step > 0 else (pose, last)
-    return PartialPath(ArmPoint(point.position, point.yaw, joints, point.signs), first, last, tuple(lost))
+    return PartialPath(ArmSolution(point.position, point.yaw, joints, point.signs), first, last, tuple(lost))
 
 
 def _next(

@@ -11,7 +11,7 @@ from duocell.models.robot.arm import Arm
 from duocell.optimizer.coupled.combinations.combine import combine
 from duocell.optimizer.coupled.combinations.pool import pool_of, with_optimum
 from duocell.optimizer.infeasibility.searched.obstructed import obstruction
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.settings import Settings
 from duocell.optimizer.single_arm.arm_search import ArmSearch
 from duocell.optimizer.single_arm.search import search_arm
@@ -32,7 +32,7 @@ class Found:
         points: one per arm. objective: E.
     """
 
-    points: tuple[ArmPoint, ...]
+    points: tuple[ArmSolution, ...]
     objective: float
 
 
@@ -50,7 +50,7 @@ class Trial:
 
 
 def find(
-    cell: Cell, deadline: float, hints: Sequence[tuple[ArmPoint, ...]] = (), seed: int = 0, starts: int = STARTS
+    cell: Cell, deadline: float, hints: Sequence[tuple[ArmSolution, ...]] = (), seed: int = 0, starts: int = STARTS
 ) -> Trial:
     """Look for a layout; the first one will do.
 
@@ -84,7 +84,7 @@ def find(
     return Trial(None, time.perf_counter() > deadline)
 
 
-def clean(scene: Scene, points: Sequence[ArmPoint]) -> bool:
+def clean(scene: Scene, points: Sequence[ArmSolution]) -> bool:
     """True if a layout passes every check as it is."""
     if max(scene.tie_lack(points), scene.floor_lack(points)) > LIMITS or not scene.usable(points):
         return False
@@ -97,7 +97,9 @@ def _alone(cell: Cell, arm: Arm, deadline: float, seed: int) -> ArmSearch:
     return search_arm(cell, arm, Settings(seed=seed), min(deadline, time.perf_counter() + ARM_TIME))
 
 
-def _combinations(scene: Scene, alone: Sequence[ArmSearch], seed: int, deadline: float) -> list[tuple[ArmPoint, ...]]:
+def _combinations(
+    scene: Scene, alone: Sequence[ArmSearch], seed: int, deadline: float
+) -> list[tuple[ArmSolution, ...]]:
     """Combinations of the arms' candidates, best first."""
     pools = []
     for index, search in enumerate(alone):

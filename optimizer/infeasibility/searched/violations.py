@@ -22,7 +22,7 @@ from duocell.optimizer.infeasibility.requirements import Kind, Requirement, Sele
 from duocell.optimizer.infeasibility.searched.obstructed import part_hits
 from duocell.optimizer.infeasibility.searched.partial_path import PartialPath
 from duocell.optimizer.monitoring.watch import check_stop
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.sqp.samples import Samples, sample_path
 from duocell.optimizer.verification.scene import LIMITS, Scene, tie_violation, world_yaw
 from duocell.optimizer.verification.verify import LIMITS as EXACT
@@ -178,7 +178,9 @@ def _limits(cell: Cell, samples: Samples, arms: Sequence[int]) -> Iterator[Viola
             yield Violation(requirements, *_poses(samples, int(k)))
 
 
-def _contacts(scene: Scene, samples: Samples, points: Sequence[ArmPoint], arms: Sequence[int]) -> Iterator[Violation]:
+def _contacts(
+    scene: Scene, samples: Samples, points: Sequence[ArmSolution], arms: Sequence[int]
+) -> Iterator[Violation]:
     """Pairs that are too near; each once for every set of requirements and poses."""
     model = scene.model
     if model is None:

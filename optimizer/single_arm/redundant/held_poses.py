@@ -16,7 +16,7 @@ from duocell.models.base.arrays import Bools, Floats, Ints
 from duocell.models.base.pose import rotation_angle
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import Task
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 
 MOVED, TURNED = 5e-4, 1e-3
 """m and rad between neighbouring poses of a part that is held."""
@@ -39,7 +39,7 @@ class HeldTask:
     cell: Cell
     rows: Ints
 
-    def on_whole(self, point: ArmPoint) -> ArmPoint:
+    def on_whole(self, point: ArmSolution) -> ArmSolution:
         """A point of the small task on all poses."""
         return replace(point, joints=point.joints[self.rows])
 

@@ -20,7 +20,7 @@ from duocell.models.cell.cell import Cell
 from duocell.models.robot.arm import TURN, Arm
 from duocell.optimizer.monitoring.watch import check_stop
 from duocell.optimizer.nlp.measure import objective_of
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.layers import LayeredPath, finish_path
 from duocell.optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
 from duocell.optimizer.single_arm.redundant.held_poses import with_held_poses
@@ -41,8 +41,8 @@ from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, Unre
 from duocell.optimizer.single_arm.redundant.varied_paths import INSIDE, follow, on_task
 from duocell.optimizer.verification.verify import check
 
-Optimum = tuple[float, ArmPoint]
-Solver = Callable[[Cell, ArmPoint, float], list[Optimum]]
+Optimum = tuple[float, ArmSolution]
+Solver = Callable[[Cell, ArmSolution, float], list[Optimum]]
 """A local solve of a cell: the usable optimum reached from a start, or nothing; also nothing where it is sure to cost
 more than the last argument."""
 UNEVEN = 1.4

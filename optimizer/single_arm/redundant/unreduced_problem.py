@@ -18,7 +18,7 @@ from duocell.models.kinematics.chain import chain_of
 from duocell.models.kinematics.chain_columns import ColumnChain, column_chain
 from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.robot.arm import Arm
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 
 ENDLESS = 1e9
 """rad; stands for the limit of a joint without end, and for that of a free yaw."""
@@ -122,11 +122,11 @@ class UnreducedProblem:
         """The same with other targets for its poses."""
         return replace(self, rotations=rotations, positions=positions)
 
-    def point(self, joints: Floats, base: Floats) -> ArmPoint:
+    def point(self, joints: Floats, base: Floats) -> ArmSolution:
         """A point of the program from joints (n, m) [rad] and a base (4,), in the posture of a closed form's middle."""
         form, yaw = closed_form(self.arm.robot), self.arm.base.yaw_in_interval(float(base[3]))
         signs = None if form is None else posture_of(form, joints[:, self.segments[0].stop // 2])
-        return ArmPoint(base[:3] + self.origin, yaw, joints.T.copy(), signs)
+        return ArmSolution(base[:3] + self.origin, yaw, joints.T.copy(), signs)
 
 
 def unreduced_problem(cell: Cell, arm: Arm, box: Floats) -> UnreducedProblem:

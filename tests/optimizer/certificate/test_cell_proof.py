@@ -11,7 +11,7 @@ from duocell.models.cell.cell import Cell
 from duocell.models.robot.arm import BaseRegion, Interval
 from duocell.optimizer.certificate.cell_proof import CellProof, prove_cell
 from duocell.optimizer.certificate.leaves import excluded_shares
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import reduced_problem
 from duocell.optimizer.settings import CertificateSettings
 from duocell.optimizer.sqp.refine import Refined
@@ -28,7 +28,7 @@ def _known(seed: int) -> Refined:
     real = real_cell(seed)
     assert real.known is not None
     points = tuple(
-        ArmPoint(stand[:3], float(stand[3]), joints)
+        ArmSolution(stand[:3], float(stand[3]), joints)
         for stand, joints in zip(real.known.stands, real.known.joints, strict=True)
     )
     objective = Scene.of(real.cell).objective(points)

@@ -20,7 +20,7 @@ from duocell.models.robot.posture import ALL_SIGNS, Posture
 from duocell.optimizer.certificate.cell_proof import prove_cell
 from duocell.optimizer.certificate.certify import certify
 from duocell.optimizer.infeasibility.immediate.immediate import immediate_infeasibility
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate, evaluate_signed, reduced_problem
 from duocell.optimizer.settings import CertificateSettings
 from duocell.optimizer.verification.scene import Scene
@@ -186,7 +186,7 @@ def fixed_beside_a_box(required: float) -> tuple[Cell, float]:
     place = np.array([-0.3, -0.5, 0.0])
     paths = evaluate(problem, place[None])
     points = [
-        ArmPoint(place, 0.3, paths.joints[:, k, 0].T, ALL_SIGNS[k])
+        ArmSolution(place, 0.3, paths.joints[:, k, 0].T, ALL_SIGNS[k])
         for k in np.flatnonzero(paths.violation[:, 0] == 0.0)
     ]
     return cell, float(np.min(Scene.of(cell).contact_lacks([[point] for point in points])))

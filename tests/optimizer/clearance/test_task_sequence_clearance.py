@@ -15,7 +15,7 @@ from duocell.models.collision.collision import CollisionModel
 from duocell.models.geometry.shapes import Body, Sphere
 from duocell.optimizer.clearance.clearance import check_clearance
 from duocell.optimizer.evaluation.evaluate import evaluate_layout
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.optimize import optimize
 from duocell.optimizer.results.layout import Outcome
 from duocell.optimizer.sqp.samples import sample_path
@@ -89,7 +89,7 @@ def test_nothing_is_in_the_way_from_segment_to_segment():
 def test_samples_leave_out_the_way_from_segment_to_segment():
     scene = in_two_segments(SCENE, regripped=True)
     cell = replace(scene.cell, surroundings=scene.surroundings)
-    points = [ArmPoint(base[:3, 3], np.pi / 2, q) for base, q in zip(scene.bases, scene.joints, strict=True)]
+    points = [ArmSolution(base[:3, 3], np.pi / 2, q) for base, q in zip(scene.bases, scene.joints, strict=True)]
     samples = sample_path(cell, CoupledScene.of(cell).path, scene.bases, points)
     assert samples.followed
     between = (samples.fraction > 0.0) & (samples.fraction < 1.0)

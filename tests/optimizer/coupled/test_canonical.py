@@ -16,7 +16,7 @@ from duocell.models.cell.surroundings import Clearances, Surroundings
 from duocell.models.cell.task import Task, line
 from duocell.models.geometry.shapes import Body, Box
 from duocell.optimizer.coupled.canonical import CanonicalForm
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.optimize import optimize
 from duocell.optimizer.settings import Settings
 from tests.support.given.arms import make_arm, region
@@ -78,7 +78,7 @@ def test_layouts_come_back_as_they_went(image):
     given = image(cell())
     form = CanonicalForm.of(given)
     points = [
-        ArmPoint(np.full(3, float(a)), float(a), np.arange(30.0).reshape(5, 6) + a, (1, 1, 1))
+        ArmSolution(np.full(3, float(a)), float(a), np.arange(30.0).reshape(5, 6) + a, (1, 1, 1))
         for a in range(len(given.arms))
     ]
     there = form.into(points)

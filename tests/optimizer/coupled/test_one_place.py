@@ -16,7 +16,7 @@ from duocell.optimizer.certificate.bounds.boxes import Boxes
 from duocell.optimizer.certificate.pairs.couplings import untied
 from duocell.optimizer.coupled.found import CoupledSearch
 from duocell.optimizer.evaluation.evaluate import evaluate_layout
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.optimize import optimize
 from duocell.optimizer.progress.timetable import Timetable
 from duocell.optimizer.results.layout import Layout, Outcome
@@ -100,7 +100,7 @@ def test_a_layout_that_only_the_proof_knows_is_no_answer_where_its_arms_stand_in
     """The search of an arm may have been cut before it had a place: then nothing is there to search both from."""
     cell = twins()
     alone = optimize(replace(cell, arms=cell.arms[:1]), LONG).placements[0]
-    point = ArmPoint(alone.position, alone.yaw, alone.joints)
+    point = ArmSolution(alone.position, alone.yaw, alone.joints)
     of_proof = Refined((point, point), 1.0, 0.0, True, None, 1)
     searches = [ArmSearch(cell.arms[0], best=point), ArmSearch(cell.arms[1])]
     table = Timetable([("together", 1.0)], np.inf)

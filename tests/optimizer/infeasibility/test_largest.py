@@ -12,7 +12,7 @@ from duocell.models.robot.posture import ALL_SIGNS
 from duocell.optimizer.certificate.alone import AloneCheck
 from duocell.optimizer.infeasibility.effort import Effort
 from duocell.optimizer.infeasibility.largest import largest_clearance
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import evaluate_signed, reduced_problem
 
 KIND = PairClass.ARM_OBSTACLE
@@ -40,6 +40,6 @@ def test_what_is_found_is_kept_and_no_sample_keeps_more_than_the_bound():
     for signs in ALL_SIGNS:
         paths = evaluate_signed(problem, near, np.tile(signs, (60, 1)))
         for k in np.flatnonzero(paths.violation[0] <= 1e-9):
-            point = ArmPoint(near[k], float(paths.yaw[0, k]), paths.joints[:, 0, k].T, signs)
+            point = ArmSolution(near[k], float(paths.yaw[0, k]), paths.joints[:, 0, k].T, signs)
             if check.usable(point):
                 assert distance(check, point) <= largest.bound + 2e-6

@@ -14,7 +14,7 @@ from duocell.models.kinematics.branches import path_signs, signs_of
 from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.robot.posture import name_signs
 from duocell.optimizer.nlp.measure import joint_margins, objective_of, placed
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from tests.support.given.arms import make_arm, region
 from tests.support.given.tasks import possible
 from tests.support.oracles.answers import assert_placed, conditioning_by_differences
@@ -29,7 +29,7 @@ def at_rest(arm, count):
 @pytest.mark.parametrize("name", ["puma560", "ur10e", "kr6_r900", "iiwa14", "ur3e", "yumi_left"])
 def test_figures_of_the_witness_are_those_of_its_joints(name):
     task = possible(name, np.random.default_rng(3), tool=transform(rotation_z(0.2), [0.1, 0.05, 0.1]))
-    assert_placed(task.cell, task.arm, placed(task.cell, task.arm, ArmPoint(task.position, task.yaw, task.joints)))
+    assert_placed(task.cell, task.arm, placed(task.cell, task.arm, ArmSolution(task.position, task.yaw, task.joints)))
 
 
 def test_margins_are_infinite_for_endless_joints():
@@ -38,7 +38,7 @@ def test_margins_are_infinite_for_endless_joints():
     assert margins[5] == np.inf
     assert margins[0] == pytest.approx(2.0 * np.pi - 0.1)
     free = replace(arm, lower=np.full(6, -np.inf), upper=np.full(6, np.inf))
-    assert placed(at_rest(free, 2), free, ArmPoint(np.zeros(3), 0.0, np.full((2, 6), 0.3))).minimum_margin == np.inf
+    assert placed(at_rest(free, 2), free, ArmSolution(np.zeros(3), 0.0, np.full((2, 6), 0.3))).minimum_margin == np.inf
 
 
 def test_margins_are_negative_beyond_a_limit():
@@ -60,7 +60,7 @@ def test_signs_of_a_path_ignore_where_it_touches_zero():
     straight[4] = 0.0
     expected = tuple(int(s) for s in signs_of(form, bent))
     assert path_signs(form, np.array([straight, bent, straight])) == expected
-    placement = placed(at_rest(arm, 2), arm, ArmPoint(np.zeros(3), 0.0, np.array([straight, bent])))
+    placement = placed(at_rest(arm, 2), arm, ArmSolution(np.zeros(3), 0.0, np.array([straight, bent])))
     assert placement.posture == name_signs(expected)
     assert placement.singularity_distances["wrist"] == pytest.approx(0.0, abs=1e-12)
     assert placement.minimum_conditioning < 1e-9
@@ -70,7 +70,7 @@ def test_distances_to_singularities_are_angles_and_metres():
     """Of the PUMA: θ5, the bend between upper arm and forearm, the wrist's way in front of axis 1."""
     arm = make_arm("puma560")
     q = np.array([0.4, -0.7, 2.2, 0.3, -0.6, 0.1])
-    found = placed(at_rest(arm, 1), arm, ArmPoint(np.zeros(3), 0.0, q[None])).singularity_distances
+    found = placed(at_rest(arm, 1), arm, ArmSolution(np.zeros(3), 0.0, q[None])).singularity_distances
     axes, points = joint_axes(arm.robot, q[None])
     wrist, shoulder, elbow = points[4, 0], points[1, 0], points[2, 0]
     across = axes[1, 0]
@@ -84,10 +84,10 @@ def test_distances_to_singularities_are_angles_and_metres():
 def test_yaw_is_reported_inside_the_interval_and_conditioning_with_the_tool():
     arm = make_arm("ur5e", base=region(yaw=(3.0, 4.0)), tool=transform(np.eye(3), [0.0, 0.2, 0.3]))
     q = np.array([0.3, -1.0, 1.2, -1.0, -1.3, 0.4])
-    placement = placed(at_rest(arm, 1), arm, ArmPoint(np.zeros(3), 3.5 - 4.0 * np.pi, q[None]))
+    placement = placed(at_rest(arm, 1), arm, ArmSolution(np.zeros(3), 3.5 - 4.0 * np.pi, q[None]))
     assert placement.yaw == pytest.approx(3.5)
     length = placement.characteristic_length
     assert placement.minimum_conditioning == pytest.approx(conditioning_by_differences(arm, q, length), abs=1e-6)
-    bare = placed(at_rest(arm, 1), replace(arm, tool=np.eye(4)), ArmPoint(np.zeros(3), 3.5, q[None]))
+    bare = placed(at_rest(arm, 1), replace(arm, tool=np.eye(4)), ArmSolution(np.zeros(3), 3.5, q[None]))
     assert bare.characteristic_length == length
     assert bare.minimum_conditioning != pytest.approx(placement.minimum_conditioning, rel=1e-3)

@@ -13,7 +13,7 @@ from duocell.models.kinematics.branches import signs_of
 from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.kinematics.kinematics import flange_poses
 from duocell.models.robot.posture import ALL_SIGNS
-from duocell.optimizer.nlp.program import ArmPoint, Cuts, build_program, describe, joint_bounds
+from duocell.optimizer.nlp.program import ArmSolution, Cuts, build_program, describe, joint_bounds
 from tests.support.given.arms import make_arm, region
 from tests.support.given.tasks import possible
 
@@ -23,7 +23,7 @@ def witness(name: str, seed: int = 0, poses: int = 4, **given):
     task = possible(name, np.random.default_rng(seed), poses=poses, **given)
     form = closed_form(task.arm.robot)
     signs = None if form is None else tuple(int(s) for s in signs_of(form, task.joints[0]))
-    return task, ArmPoint(task.position, task.yaw, task.joints, signs)
+    return task, ArmSolution(task.position, task.yaw, task.joints, signs)
 
 
 def rows_at(program, points) -> np.ndarray:

@@ -16,7 +16,7 @@ from duocell.models.kinematics.branches import signs_of
 from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.kinematics.kinematics import flange_poses
 from duocell.optimizer.nlp import solve
-from duocell.optimizer.nlp.program import ArmPoint, Cuts, build_program
+from duocell.optimizer.nlp.program import ArmSolution, Cuts, build_program
 from duocell.optimizer.nlp.solve import STATUS, Solve, SolveStatus, solve_program
 from tests.support.given.tasks import Possible, possible
 
@@ -51,15 +51,15 @@ def test_only_successes_and_limits_have_points_worth_a_look():
     assert STATUS["User_Requested_Stop"] is SolveStatus.CANCELLED
 
 
-def started(name: str, seed: int = 0, poses: int = 4, step: float = 0.12) -> tuple[Possible, ArmPoint]:
+def started(name: str, seed: int = 0, poses: int = 4, step: float = 0.12) -> tuple[Possible, ArmSolution]:
     """A possible task and its witness, a good start."""
     task = possible(name, np.random.default_rng(seed), poses=poses, step=step, half=(0.3, 0.3, 0.0, np.pi))
     form = closed_form(task.arm.robot)
     signs = None if form is None else tuple(int(s) for s in signs_of(form, task.joints[0]))
-    return task, ArmPoint(task.position, task.yaw, task.joints, signs)
+    return task, ArmSolution(task.position, task.yaw, task.joints, signs)
 
 
-def solved(task: Possible, point: ArmPoint, time_limit: float = 60.0, **given) -> Solve:
+def solved(task: Possible, point: ArmSolution, time_limit: float = 60.0, **given) -> Solve:
     program = build_program(task.cell, [task.arm], [point], keep_shoulder=point.signs is not None, **given)
     return solve_program(program, [point], time_limit)
 

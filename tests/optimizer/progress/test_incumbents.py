@@ -12,7 +12,7 @@ import pytest
 from duocell.models.cell.coupling import SameHeight
 from duocell.optimizer.monitoring.events import Event, Incumbent
 from duocell.optimizer.monitoring.watch import watching
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.optimize import optimize
 from duocell.optimizer.progress.incumbents import arm_found, layout_found, recording
 from duocell.optimizer.settings import Settings
@@ -20,7 +20,7 @@ from duocell.service.workers.reports import text_of
 from tests.support.given.acceptance import load
 
 LINE, _ = load("line")
-POINT = ArmPoint(np.array([0.1, 0.2, 0.0]), 0.5, np.zeros((len(LINE.task), 6)), (1, 1, 1))
+POINT = ArmSolution(np.array([0.1, 0.2, 0.0]), 0.5, np.zeros((len(LINE.task), 6)), (1, 1, 1))
 ASIDE = replace(POINT, position=np.array([0.1, 1.2, 0.0]))
 
 

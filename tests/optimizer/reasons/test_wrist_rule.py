@@ -19,7 +19,7 @@ from duocell.models.robot.arm import SINGULAR_WRIST, BaseRegion, Interval
 from duocell.models.robot.posture import ALL_SIGNS, Posture
 from duocell.optimizer.certificate.certify import certify
 from duocell.optimizer.evaluation.evaluate import evaluate_layout
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.layers import best_path
 from duocell.optimizer.reduction.reduced import evaluate, evaluate_signed, reduced_problem
 from duocell.optimizer.results.layout import Outcome
@@ -32,7 +32,7 @@ from tests.support.given.tasks import Possible, possible
 POSE = 2
 
 
-def through(name: str, distance: float, allow: bool = False) -> tuple[Possible, ArmPoint]:
+def through(name: str, distance: float, allow: bool = False) -> tuple[Possible, ArmSolution]:
     """A task whose witness is ``distance`` rad from the wrist's singularity at one pose."""
     task = possible(name, np.random.default_rng(3), half=(0.2, 0.2, 0.0, np.pi))
     form, joints = closed_form(task.arm.robot), task.joints.copy()
@@ -43,7 +43,7 @@ def through(name: str, distance: float, allow: bool = False) -> tuple[Possible, 
     arm = replace(task.arm, avoid_singularities=not allow, posture=Posture(*signs))
     flange = arm.base_in_world(task.position, task.yaw) @ flange_poses(arm.robot, joints)
     cell = Cell(Task(flange @ arm.tool @ inverse(arm.grasp)), (arm,), task.cell.max_joint_step)
-    return Possible(cell, task.position, task.yaw, joints), ArmPoint(task.position, task.yaw, joints, signs)
+    return Possible(cell, task.position, task.yaw, joints), ArmSolution(task.position, task.yaw, joints, signs)
 
 
 def fixed(task: Possible) -> Cell:

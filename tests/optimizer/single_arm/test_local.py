@@ -11,7 +11,7 @@ import pytest
 from duocell.models.kinematics.branches import signs_of
 from duocell.models.kinematics.closed_form import closed_form
 from duocell.optimizer.nlp.measure import placed
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.nlp.solve import SolveStatus
 from duocell.optimizer.optimize import optimize
 from duocell.optimizer.single_arm import local
@@ -21,11 +21,11 @@ from tests.support.given.acceptance import load
 from tests.support.given.tasks import Possible, possible
 
 
-def started(name: str, seed: int = 0, **given) -> tuple[Possible, ArmPoint]:
+def started(name: str, seed: int = 0, **given) -> tuple[Possible, ArmSolution]:
     task = possible(name, np.random.default_rng(seed), half=(0.3, 0.3, 0.0, np.pi), **given)
     form = closed_form(task.arm.robot)
     signs = None if form is None else tuple(int(s) for s in signs_of(form, task.joints[0]))
-    return task, ArmPoint(task.position, task.yaw, task.joints, signs)
+    return task, ArmSolution(task.position, task.yaw, task.joints, signs)
 
 
 def solved(cell, arm, start):

@@ -15,7 +15,7 @@ from duocell.models.kinematics.nominal import nominal, posture_form, singular_fi
 from duocell.models.robot.arm import SINGULAR_WRIST
 from duocell.models.robot.posture import Posture
 from duocell.optimizer.evaluation.evaluate import evaluate_layout
-from duocell.optimizer.nlp.program import ArmPoint, joint_bounds
+from duocell.optimizer.nlp.program import ArmSolution, joint_bounds
 from duocell.optimizer.optimize import optimize
 from duocell.optimizer.results.layout import Outcome
 from duocell.optimizer.settings import Settings
@@ -54,7 +54,7 @@ def drawn_fifth() -> float:
 @pytest.mark.parametrize("beside", [0.5, 0.98, -0.98])
 def test_a_wrist_near_its_own_singularity_is_not_usable_unless_that_is_allowed(beside: float) -> None:
     cell, joints = at(beside * SINGULAR_WRIST, 0.2)
-    assert check(cell, cell.arms[0], ArmPoint(np.zeros(3), 0.0, joints)).singularity > 0.0
+    assert check(cell, cell.arms[0], ArmSolution(np.zeros(3), 0.0, joints)).singularity > 0.0
     given = evaluate_layout(cell, [joints])
     assert given.outcome is Outcome.INFEASIBLE
     assert any(reason.kind == "singularity" for reason in given.reasons)
@@ -69,7 +69,7 @@ def test_a_wrist_at_the_singularity_of_its_drawing_alone_is_usable() -> None:
     assert abs(beside) > 1.1 * SINGULAR_WRIST
     far = beside + 1e-4 * np.sign(beside)  # on one side of the drawing's posture
     cell, joints = at(far)
-    found = check(cell, cell.arms[0], ArmPoint(np.zeros(3), 0.0, joints))
+    found = check(cell, cell.arms[0], ArmSolution(np.zeros(3), 0.0, joints))
     assert found.usable
     layout = optimize(cell, Settings(time_limit=60.0))
     assert layout.usable
@@ -81,19 +81,19 @@ def test_a_wrist_at_the_singularity_of_its_drawing_alone_is_usable() -> None:
 
 def test_a_way_through_the_singularity_of_the_wrist_is_told() -> None:
     cell, joints = at(-0.05, 0.05)
-    way = follow_way(cell, cell.arms[0], ArmPoint(np.zeros(3), 0.0, joints))
+    way = follow_way(cell, cell.arms[0], ArmSolution(np.zeros(3), 0.0, joints))
     assert way.breaks
     allowed, _ = at(-0.05, 0.05, avoid_singularities=False)
-    assert not follow_way(allowed, allowed.arms[0], ArmPoint(np.zeros(3), 0.0, joints)).breaks
+    assert not follow_way(allowed, allowed.arms[0], ArmSolution(np.zeros(3), 0.0, joints)).breaks
     beside, joints = at(0.05, 0.1)
-    assert not follow_way(beside, beside.arms[0], ArmPoint(np.zeros(3), 0.0, joints)).breaks
+    assert not follow_way(beside, beside.arms[0], ArmSolution(np.zeros(3), 0.0, joints)).breaks
 
 
 def test_programs_keep_the_wrist_on_its_side() -> None:
     assert FIFTH is not None
     for side in (-1.0, 1.0):
         cell, joints = at(side * 0.01, side * 0.02)
-        low, high = joint_bounds(cell.arms[0], ArmPoint(np.zeros(3), 0.0, joints))
+        low, high = joint_bounds(cell.arms[0], ArmSolution(np.zeros(3), 0.0, joints))
         nearer = high[4] if side < 0.0 else low[4]
         assert nearer == pytest.approx(FIFTH + side * SINGULAR_WRIST, abs=1e-12)
 
@@ -103,7 +103,7 @@ def test_programs_keep_the_elbow_of_the_drawing_on_its_side() -> None:
     assert form is not None
     straight = -form.turns[2] * form.planar.elbow_angle
     cell, joints = at(0.5, 0.5)
-    low, high = joint_bounds(cell.arms[0], ArmPoint(np.zeros(3), 0.0, joints))
+    low, high = joint_bounds(cell.arms[0], ArmSolution(np.zeros(3), 0.0, joints))
     off = np.remainder(np.array([low[2], high[2]]) - straight + 0.1, np.pi) - 0.1
     assert np.abs(off).min() < 1e-12
     assert low[2] < joints[0, 2] < high[2]
@@ -116,6 +116,6 @@ def test_the_posture_of_the_drawing_is_kept_along_the_path() -> None:
     cell, joints = at(0.5, 0.5)
     joints[:, 2] = straight + np.array([-0.1, 0.1])
     cell = replace(cell, task=Task(flange_poses(TRUE, joints)))
-    found = check(cell, cell.arms[0], ArmPoint(np.zeros(3), 0.0, joints))
+    found = check(cell, cell.arms[0], ArmSolution(np.zeros(3), 0.0, joints))
     assert found.posture > SIDE
     assert not found.usable

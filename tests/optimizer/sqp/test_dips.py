@@ -13,14 +13,14 @@ from duocell.models.cell.singular_margins import spare_terms
 from duocell.models.kinematics.branches import signs_of
 from duocell.models.kinematics.closed_form import closed_form
 from duocell.optimizer.clearance.path_samples import follow
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.sqp.dips import NEAR, dips, followed_dips
 from duocell.optimizer.verification.scene import Scene
 
 FINE = np.linspace(0.0, 1.0, 301)
 
 
-def known_layout() -> tuple[Scene, list[ArmPoint]]:
+def known_layout() -> tuple[Scene, list[ArmSolution]]:
     """A cell of two arms and the layout that was drawn with it."""
     task = coupled_task(9)
     points = []
@@ -28,11 +28,11 @@ def known_layout() -> tuple[Scene, list[ArmPoint]]:
         form = closed_form(arm.robot)
         assert form is not None
         a, b, c = (int(sign) for sign in signs_of(form, joints[0]))
-        points.append(ArmPoint(stand[:3], float(stand[3]), joints, (a, b, c)))
+        points.append(ArmSolution(stand[:3], float(stand[3]), joints, (a, b, c)))
     return Scene.of(task.cell), points
 
 
-def spare_along(scene: Scene, index: int, point: ArmPoint, step: int) -> np.ndarray:
+def spare_along(scene: Scene, index: int, point: ArmSolution, step: int) -> np.ndarray:
     """(301,) the least spare term on a step, the arm followed by Newton's method from place to place."""
     arm, q = scene.cell.arms[index], point.joints[step]
     form, base = closed_form(arm.robot), arm.base_in_world(point.position, point.yaw)

@@ -12,7 +12,7 @@ from duocell.models.cell.floor import Floor
 from duocell.models.cell.surroundings import Clearances
 from duocell.models.kinematics.branches import signs_of
 from duocell.models.kinematics.closed_form import closed_form
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.sqp.look import look
 from duocell.optimizer.sqp.manifold import Unknowns, move
 from duocell.optimizer.verification.scene import Scene
@@ -33,7 +33,7 @@ def scene_of(robot: str = "ur10e", count: int = 4):
     for arm, base, q in zip(made.cell.arms, made.bases, made.joints, strict=True):
         form = closed_form(arm.robot)
         signs = None if form is None else tuple(int(s) for s in signs_of(form, q[0]))
-        points.append(ArmPoint(base[:3, 3], float(np.arctan2(base[1, 0], base[0, 0])), q, signs))
+        points.append(ArmSolution(base[:3, 3], float(np.arctan2(base[1, 0], base[0, 0])), q, signs))
     couplings = (Distance((0, 1), 0.5, 2.0), Mirror((0, 1), (0.0, 0.0), np.pi / 2))
     arms = tuple(replace(arm, min_conditioning=0.02) for arm in made.cell.arms)
     cell = replace(made.cell, arms=arms, surroundings=around, couplings=couplings, max_joint_step=0.6)

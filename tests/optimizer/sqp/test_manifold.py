@@ -9,7 +9,7 @@ from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import Task
 from duocell.models.kinematics.kinematics import flange_poses
 from duocell.optimizer.nlp.measure import objective_of
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.sqp.manifold import Unknowns, directions, move
 from duocell.optimizer.sqp.quadratic import quadratic
 from tests.support.given.arms import make_arm
@@ -20,13 +20,13 @@ NAMES = ["puma560", "ur10e", "fanuc_crx10ia", "iiwa14"]
 
 def layout(name: str, poses: int = 4):
     task = possible(name, np.random.default_rng(3), poses=poses)
-    point = ArmPoint(task.position, task.yaw, task.joints, None)
+    point = ArmSolution(task.position, task.yaw, task.joints, None)
     unknowns = Unknowns.of(task.cell)
     base = task.arm.base_in_world(point.position, point.yaw)
     return task.cell, point, unknowns, [directions(task.arm, base[:3, :3], point.joints)]
 
 
-def error(cell: Cell, point: ArmPoint) -> float:
+def error(cell: Cell, point: ArmSolution) -> float:
     arm = cell.arms[0]
     reached = arm.base_in_world(point.position, point.yaw) @ flange_poses(arm.robot, point.joints)
     return float(np.abs(reached - cell.flange_targets(arm)).max())

@@ -22,7 +22,7 @@ from duocell.models.kinematics.link_frames import link_frames
 from duocell.optimizer.clearance.clearance import check_clearance, found_clearances
 from duocell.optimizer.clearance.path_samples import ObjectPath
 from duocell.optimizer.nlp.measure import placed as place
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.optimize import optimize
 from duocell.optimizer.settings import Settings, ToleranceSettings
 from duocell.optimizer.tolerance.tolerance import LARGEST, tolerance_of
@@ -44,7 +44,7 @@ def at_rest(robot: str, q=None, **given) -> tuple[Cell, list]:
     joints = np.array(BENT[robot] if q is None else q, dtype=float)
     hand = flange_poses(arm.robot, joints)[0] @ arm.tool
     cell = Cell(Task(np.tile(np.eye(4), (2, 1, 1))), (replace(arm, grasp=hand),))
-    point = ArmPoint(np.zeros(3), 0.0, np.tile(joints, (2, 1)), None)
+    point = ArmSolution(np.zeros(3), 0.0, np.tile(joints, (2, 1)), None)
     return cell, [place(cell, cell.arms[0], point)]
 
 
@@ -59,7 +59,7 @@ def placed(cell: Cell, bases, joints) -> list:
     placements = []
     for arm, base, q in zip(cell.arms, bases, joints, strict=True):
         yaw = float(np.arctan2(base[1, 0], base[0, 0]))
-        placements.append(place(cell, arm, ArmPoint(base[:3, 3], yaw, q, None)))
+        placements.append(place(cell, arm, ArmSolution(base[:3, 3], yaw, q, None)))
     return placements
 
 

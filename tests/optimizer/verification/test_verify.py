@@ -11,16 +11,16 @@ from duocell.models.base.pose import rotation_about, rotation_x
 from duocell.models.cell.task import Task
 from duocell.models.kinematics.branches import signs_of
 from duocell.models.kinematics.closed_form import closed_form
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.verification.verify import check, summarise
 from tests.support.given.tasks import Possible, possible
 
 
-def witness(name: str = "puma560", **given) -> tuple[Possible, ArmPoint]:
+def witness(name: str = "puma560", **given) -> tuple[Possible, ArmSolution]:
     task = possible(name, np.random.default_rng(8), half=(0.3, 0.3, 0.2, 0.5), **given)
     form = closed_form(task.arm.robot)
     signs = None if form is None else tuple(int(s) for s in signs_of(form, task.joints[0]))
-    return task, ArmPoint(task.position, task.yaw, task.joints, signs)
+    return task, ArmSolution(task.position, task.yaw, task.joints, signs)
 
 
 @pytest.mark.parametrize("name", ["puma560", "ur10e", "iiwa14", "gen3"])

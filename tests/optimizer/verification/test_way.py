@@ -17,14 +17,14 @@ from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.kinematics.kinematics import flange_poses
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.clearance.path_samples import ObjectPath, follow, keep_inside
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.verification.way import follow_way
 from duocell.optimizer.verification.words import way_faults
 from tests.support.given.arms import make_arm
 from tests.support.given.tasks import Possible, possible
 
 
-def dense(task: Possible, point: ArmPoint, count: int) -> tuple[bool, float]:
+def dense(task: Possible, point: ArmSolution, count: int) -> tuple[bool, float]:
     """Whether joints continued in small steps arrive at the next pose, and the largest excess over limits on the way.
 
     Newton's method from the sample before; no halving, no bounds, no closed form.
@@ -42,7 +42,7 @@ def dense(task: Possible, point: ArmPoint, count: int) -> tuple[bool, float]:
     return bool(np.max(np.abs(q - point.joints[1])) < 1e-6), beyond
 
 
-def given(name: str, seed: int, step: float) -> tuple[Possible, ArmPoint]:
+def given(name: str, seed: int, step: float) -> tuple[Possible, ArmSolution]:
     """Two postures at a random distance; some of the ways between them leave reach or pass singularities."""
     task = possible(name, np.random.default_rng(seed), poses=2, step=0.1)
     rng = np.random.default_rng([seed, 1])
@@ -55,7 +55,7 @@ def given(name: str, seed: int, step: float) -> tuple[Possible, ArmPoint]:
             break
     flange = task.arm.base_in_world(task.position, task.yaw) @ flange_poses(task.arm.robot, joints)
     poses = Task(flange @ task.arm.tool @ inverse(task.arm.grasp))
-    return replace(task, cell=replace(task.cell, task=poses)), ArmPoint(task.position, task.yaw, joints, signs)
+    return replace(task, cell=replace(task.cell, task=poses)), ArmSolution(task.position, task.yaw, joints, signs)
 
 
 @pytest.mark.parametrize("name", ["puma560", "ur10e"])
@@ -75,7 +75,7 @@ def test_breaks_are_those_of_a_dense_continuation(name):
     assert 1 <= sum(arrives for _, arrives in found) <= 7
 
 
-def broken() -> tuple[Possible, ArmPoint]:
+def broken() -> tuple[Possible, ArmSolution]:
     for seed in range(40):
         task, point = given("ur10e", seed, step=2.0)
         if follow_way(task.cell, task.arm, point).breaks:
@@ -97,12 +97,12 @@ def test_from_segment_to_segment_there_is_no_way():
 
 def test_a_redundant_arm_is_followed_by_newtons_method():
     task = possible("iiwa14", np.random.default_rng(4), poses=4, step=0.1)
-    assert follow_way(task.cell, task.arm, ArmPoint(task.position, task.yaw, task.joints)).free
+    assert follow_way(task.cell, task.arm, ArmSolution(task.position, task.yaw, task.joints)).free
 
 
 def test_a_redundant_arm_gives_way_to_a_limit_between_its_poses():
     task = possible("iiwa14", np.random.default_rng(4), poses=2, step=0.5)
-    point = ArmPoint(task.position, task.yaw, task.joints)
+    point = ArmSolution(task.position, task.yaw, task.joints)
     path, base = ObjectPath(task.cell.task.poses), task.arm.base_in_world(task.position, task.yaw)
     flange = path.at(np.zeros(1, dtype=int), np.array([0.5])) @ task.arm.grasp @ inverse(task.arm.tool)
     (middle,), _ = follow(task.arm.robot, base, flange, task.joints[:1], task.joints[1:])
@@ -119,7 +119,7 @@ def test_a_redundant_arm_gives_way_to_a_limit_between_its_poses():
     np.testing.assert_allclose(base @ flange_poses(arm.robot, inside[None])[0], flange[0], atol=1e-7)
 
 
-def past_stretched(elbow: float, outwards: float = 0.0) -> tuple[Cell, Arm, ArmPoint]:
+def past_stretched(elbow: float, outwards: float = 0.0) -> tuple[Cell, Arm, ArmSolution]:
     """A PUMA whose hand turns about a point in front of its shoulder, which stretches the elbow most at 3/7 of the way:
     all but ``elbow`` rad; then all of the way is moved ``outwards`` m.
     """
@@ -139,7 +139,7 @@ def past_stretched(elbow: float, outwards: float = 0.0) -> tuple[Cell, Arm, ArmP
     flanges = (poses @ arm.grasp)[::2]
     found = solve_signed(form, flanges[:, :3, :3], flanges[None, :, :3, 3], np.array([signs]))
     joints = found.joints[:, 0, 0].T
-    return Cell(Task(poses[::2]), (arm,), np.pi), arm, ArmPoint(np.zeros(3), 0.0, joints, signs)
+    return Cell(Task(poses[::2]), (arm,), np.pi), arm, ArmSolution(np.zeros(3), 0.0, joints, signs)
 
 
 @pytest.mark.parametrize(
@@ -156,7 +156,7 @@ def test_an_elbow_that_is_all_but_stretched_between_two_poses_is_seen(elbow, out
         assert "touches a singularity of shoulder, elbow or wrist; add a pose between 0 and 1" in reason.detail
 
 
-def stretched_at(pose: int) -> tuple[Cell, Arm, ArmPoint]:
+def stretched_at(pose: int) -> tuple[Cell, Arm, ArmSolution]:
     """The elbow of `past_stretched` stretched exactly at one of three poses, the others to one side of it."""
     cell, arm, point = past_stretched(0.0)
     ends = cell.task.poses

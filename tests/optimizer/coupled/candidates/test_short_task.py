@@ -15,7 +15,7 @@ from duocell.models.geometry.shapes import Body, Box
 from duocell.models.robot.posture import ALL_SIGNS
 from duocell.optimizer.coupled.candidates.short_task import ShortTask, shortened
 from duocell.optimizer.coupled.search import search_coupled
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import evaluate, reduced_problem
 from duocell.optimizer.settings import Settings
 from duocell.optimizer.single_arm.search import search_arm
@@ -79,7 +79,7 @@ def test_a_layout_is_carried_over_to_all_poses():
     usable = np.flatnonzero(own.violation[:, 0] == 0.0)
     assert len(usable)
     for k in usable:
-        point = ArmPoint(np.array([-0.4, -0.3, 0.0]), float(own.yaw[k, 0]), own.joints[:, k, 0].T, ALL_SIGNS[k])
+        point = ArmSolution(np.array([-0.4, -0.3, 0.0]), float(own.yaw[k, 0]), own.joints[:, k, 0].T, ALL_SIGNS[k])
         start = short.on_whole([point])
         assert start is not None
         assert start.points[0].joints[short.poses] == pytest.approx(point.joints, abs=1e-9)

@@ -9,7 +9,7 @@ import pytest
 
 from duocell.models.cell.coupling import Distance
 from duocell.models.geometry.shapes import Body, Capsule
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.optimize import optimize
 from duocell.optimizer.verification.scene import Scene
 from tests.support.given.blocked import carried, halves, one_arm
@@ -36,7 +36,9 @@ def test_what_layouts_lack_is_what_the_nearest_pairs_lack():
         points = []
         for base, q in zip(made.bases, made.joints, strict=True):
             yaw = float(np.arctan2(base[1, 0], base[0, 0]))
-            points.append(ArmPoint(base[:3, 3] + rng.uniform(-0.3, 0.3, 3), yaw, q + rng.uniform(-0.5, 0.5, q.shape)))
+            points.append(
+                ArmSolution(base[:3, 3] + rng.uniform(-0.3, 0.3, 3), yaw, q + rng.uniform(-0.5, 0.5, q.shape))
+            )
         bases, lack = scene.bases(points), 0.0
         for k, pose in enumerate(made.cell.task.poses):
             for kind, contact in scene.model.contacts(bases, [p.joints[k] for p in points], pose).items():

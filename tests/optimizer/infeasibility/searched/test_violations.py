@@ -14,7 +14,7 @@ from duocell.models.cell.surroundings import Surroundings
 from duocell.optimizer.infeasibility.requirements import Kind
 from duocell.optimizer.infeasibility.searched.partial_path import PartialPath, extended
 from duocell.optimizer.infeasibility.searched.violations import violations
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.optimize import optimize
 
 
@@ -36,7 +36,7 @@ def test_a_layout_that_is_known_to_work_breaks_nothing(seed):
 
 def known_ways(cell: Cell, known) -> dict[int, PartialPath]:
     return {
-        a: PartialPath(ArmPoint(stand[:3], float(stand[3]), q, None), 0, len(q) - 1, ())
+        a: PartialPath(ArmSolution(stand[:3], float(stand[3]), q, None), 0, len(q) - 1, ())
         for a, (stand, q) in enumerate(zip(known.stands, known.joints, strict=True))
     }
 
@@ -47,7 +47,7 @@ def test_what_is_broken_is_what_a_dense_check_finds(seed):
     cell = real_cell(seed).cell
     best = optimize(replace(cell, surroundings=Surroundings(), couplings=()))
     ways = {
-        a: PartialPath(ArmPoint(p.position, p.yaw, p.joints, None), 0, len(cell.task) - 1, ())
+        a: PartialPath(ArmSolution(p.position, p.yaw, p.joints, None), 0, len(cell.task) - 1, ())
         for a, p in enumerate(best.placements)
     }
     found = violations(cell, ways)

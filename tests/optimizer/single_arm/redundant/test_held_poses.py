@@ -9,7 +9,7 @@ import pytest
 
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import Task
-from duocell.optimizer.nlp.program import ArmPoint
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.single_arm.redundant.held_poses import with_held_poses
 from tests.support.given.tasks import possible
 
@@ -71,6 +71,6 @@ def test_a_point_is_carried_over_to_all_poses():
     held = with_held_poses(cell, 7)
     assert held is not None
     joints = np.arange(7.0 * len(held.cell.task)).reshape(-1, 7)
-    whole = held.on_whole(ArmPoint(np.zeros(3), 0.0, joints))
+    whole = held.on_whole(ArmSolution(np.zeros(3), 0.0, joints))
     assert whole.joints.shape == (len(cell.task), 7)
     assert np.array_equal(np.unique(whole.joints[:, 0]), joints[:, 0])

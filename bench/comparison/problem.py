@@ -3,8 +3,8 @@
 - `FullProblem`: as a user of a general optimiser would pose it. One vector (x, y[, z], yaw per arm); per candidate the
   inverse kinematics of every pose, the best posture, and a penalty on what is not allowed. Candidates one by one.
   The inverse kinematics are ours, vectorised over the poses of a path.
-- `ReducedProblem`: our own formulation. One arm, its base position only; the best yaw and lifts come in closed form and
-  a whole batch of candidates is evaluated at once. What is compared here is the search alone.
+- `ReducedProblem`: our own formulation. One arm, its base position only; the best yaw and windings come in closed form
+  and a whole batch of candidates is evaluated at once. What is compared here is the search alone.
 """
 
 from __future__ import annotations

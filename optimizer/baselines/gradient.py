@@ -46,7 +46,7 @@ class PostureFunction:
         self._weights = weights if problem.weights is None else problem.weights[:, None] * weights
 
     def begin(self, placement: Floats) -> Followed | None:
-        """The path at ``placement`` (4,) with the lifts that cost least inside the limits; None out of reach."""
+        """The path at ``placement`` (4,) with the windings that cost least inside the limits; None out of reach."""
         paths = paths_at(self.problem, placement)
         index = ALL_SIGNS.index(self.signs)
         if paths.missing[index, 0] > 0.0:
@@ -55,7 +55,9 @@ class PostureFunction:
         return Followed(placement, joints, self._reach(placement, joints))
 
     def follow(self, placement: Floats, near: Followed) -> Followed | None:
-        """The path at ``placement`` (4,), continued from ``near``; None out of reach or too far to tell the lifts."""
+        """The path at ``placement`` (4,), continued from ``near``; None out of reach or too far to tell the
+        windings.
+        """
         joints, missing = self._branch(placement)
         if missing.any():
             return None
@@ -67,10 +69,10 @@ class PostureFunction:
             # What the yaw does to joint 1 is known, so only the rest has to be small.
             turned = path - near.joints[segment]
             turned[:, 0] += self.problem.sigma * (placement[3] - near.placement[3])
-            lifts = np.round(np.mean(turned, axis=0) / TURN)
-            if np.max(np.abs(turned - TURN * lifts)) > np.pi:
+            windings = np.round(np.mean(turned, axis=0) / TURN)
+            if np.max(np.abs(turned - TURN * windings)) > np.pi:
                 return None
-            path -= TURN * lifts
+            path -= TURN * windings
         return Followed(placement, joints, self._reach(placement, joints))
 
     def objective(self, path: Followed) -> float:

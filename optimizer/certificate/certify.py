@@ -70,7 +70,7 @@ def certify(
     progress: Progress | None = None,
     tree: BranchAndBound | None = None,
 ) -> ArmProof:
-    """Bound one arm's objective from below over its whole base region, all admitted postures, yaws and lifts.
+    """Bound one arm's objective from below over its whole base region, all admitted postures, yaws and windings.
 
     Args:
         problem: the arm's reduced problem on the full task.

@@ -1,6 +1,6 @@
 r"""One base yaw for several segments: the shifts of joint 1 that suit them best together.
 
-A yaw shifts joint 1 by the same y in all segments; each segment may be lifted by 2π k_b on top of that. With t_b the
+A yaw shifts joint 1 by the same y in all segments; each segment may be shifted by 2π k_b on top of that. With t_b the
 shift a segment would like best and W_b its weight, what depends on them costs ``Σ_b W_b (y + 2π k_b - t_b)²``, where
 ``y + 2π k_b`` has to lie between low_b and high_b. For a given y the best k_b is a clipped rounding, and it changes
 only at ``t_b + π``, low_b and high_b (modulo 2π). Between two such places all k_b are constant and the cost is a

@@ -2,7 +2,7 @@
 
 Every pose has a layer of inverse-kinematics branches (for a redundant arm: of sampled ones). A path takes one branch
 per pose; consecutive ones must be within the allowed joint step. The cheapest path is found by dynamic programming
-over the layers, and then unwrapped, lifted and given its best yaw like any other
+over the layers, and then unwrapped, given windings and given its best yaw like any other
 (`duocell.optimizer.reduction.paths`). The segments of a task sequence get a shortest path each, in one posture where
 the arm has postures.
 """
@@ -26,7 +26,7 @@ from duocell.models.robot.arm import SINGULAR_WRIST, TURN, Arm
 from duocell.models.robot.posture import ALL_SIGNS
 from duocell.optimizer.nlp.measure import objective_of
 from duocell.optimizer.reduction.linear_sums import first_joint_limits, keep_sums, sum_excess
-from duocell.optimizer.reduction.paths import choose_yaw, lift, unwrap
+from duocell.optimizer.reduction.paths import choose_windings, choose_yaw, unwrap
 
 BEYOND = 100.0
 """Cost of a radian outside the limits in the choice of branches: such a path may still be repaired."""
@@ -113,14 +113,16 @@ def best_path(cell: Cell, arm: Arm, position: Floats, yaw: float) -> LayeredPath
 
 
 def finish_path(cell: Cell, arm: Arm, position: Floats, yaw: float, joints: Floats) -> LayeredPath:
-    """Unwrap joint values (n, m) found with the base at ``position`` and ``yaw``, lift them and choose the best yaw."""
+    """Unwrap joint values (n, m) found with the base at ``position`` and ``yaw``, choose their windings and the best
+    yaw.
+    """
     sigma = chain_of(arm.robot).vertical_sign
     task = cell.task
     segments = task.weights, task.starts
     joints, step = unwrap(joints, task.starts)
     violation = max(float(np.max(step)) - cell.max_joint_step, 0.0)
     for i in range(1 if sigma else 0, arm.dof):
-        violation += float(lift(joints[i], arm.lower[i], arm.upper[i], arm.reference[i], *segments))
+        violation += float(choose_windings(joints[i], arm.lower[i], arm.upper[i], arm.reference[i], *segments))
     keep_sums(arm, joints, task.starts, free_yaw=bool(sigma))
     if sigma:
         joints[0] += sigma * yaw  # as if the yaw were zero

@@ -1,8 +1,8 @@
-"""From joint angles modulo 2π to a path: unwrapping, the best 2π lifts, the best yaw.
+"""From joint angles modulo 2π to a path: unwrapping, the best 2π windings, the best yaw.
 
 All functions take paths with the poses on the last axis and any number of axes before it. Where a path consists of
-several segments (`starts`: index of the first pose of each), every segment is unwrapped and lifted by itself; the yaw
-is the same for all of them. ``weights`` (m,) are what the poses count for, None for 1.
+several segments (`starts`: index of the first pose of each), every segment is unwrapped and gets windings by itself;
+the yaw is the same for all of them. ``weights`` (m,) are what the poses count for, None for 1.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def unwrap(joints: Floats, starts: Starts = ONE) -> tuple[Floats, Floats]:
     return joints, np.max(np.abs(steps), axis=-1, initial=0.0)
 
 
-def lift(
+def choose_windings(
     path: Floats,
     lower: float,
     upper: float,
@@ -56,7 +56,7 @@ def lift(
     if len(starts) > 1:
         shares = _shares(weights, starts)
         parts = zip(_segments(path, starts), shares, strict=True)
-        total: Floats = np.sum([lift(part, lower, upper, reference, share) for part, share in parts], axis=0)
+        total: Floats = np.sum([choose_windings(part, lower, upper, reference, share) for part, share in parts], axis=0)
         return total
     wanted = np.round((reference - mean(path, weights)) / TURN)
     if not np.isfinite(upper - lower):
@@ -65,9 +65,9 @@ def lift(
     low, high = np.min(path, axis=-1), np.max(path, axis=-1)
     first, last = np.ceil((lower - low) / TURN - 1e-12), np.floor((upper - high) / TURN + 1e-12)
     centred = np.round((0.5 * (lower + upper) - 0.5 * (low + high)) / TURN)
-    lifts = np.where(first <= last, np.clip(wanted, first, last), centred)
-    path += TURN * lifts[..., None]
-    low, high = low + TURN * lifts, high + TURN * lifts
+    windings = np.where(first <= last, np.clip(wanted, first, last), centred)
+    path += TURN * windings[..., None]
+    low, high = low + TURN * windings, high + TURN * windings
     outside: Floats = np.maximum(lower - low, 0.0) + np.maximum(high - upper, 0.0)
     return outside
 
@@ -82,7 +82,7 @@ def choose_yaw(
     weights: Floats | None = None,
     starts: Starts = ONE,
 ) -> tuple[Floats, Floats]:
-    """Shift the path of joint 1 in place by the best base yaw and 2π lift.
+    """Shift the path of joint 1 in place by the best base yaw and 2π winding.
 
     A base yaw shifts joint 1 by ``-sigma · yaw`` and nothing else, so the best one is a clipped mean.
 
@@ -121,7 +121,7 @@ def _choose_common_yaw(
     weights: Floats | None,
     starts: Starts,
 ) -> tuple[Floats, Floats]:
-    """As `choose_yaw` for several segments: one yaw, a lift for each segment."""
+    """As `choose_yaw` for several segments: one yaw, a winding for each segment."""
     lower, upper, reference = joint
     parts, shares = _segments(path, starts), _shares(weights, starts)
     shifts = SegmentShifts(

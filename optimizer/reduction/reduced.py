@@ -1,7 +1,7 @@
 """The reduced problem: one arm's cost as a function of its base position alone.
 
 Where joint 1 turns about the base's z axis, a base yaw only shifts joint 1. Then, for a position (x, y, z) and a
-posture, the inverse kinematics give the whole path, the best 2π lift of every joint is a rounding and the best yaw
+posture, the inverse kinematics give the whole path, the best 2π winding of every joint is a rounding and the best yaw
 is a clipped mean. So an uncoupled arm is a search over at most three numbers, whatever the length of the task
 (docs/method.md, "The reduction"). Everything here is vectorised over positions and postures.
 """
@@ -25,7 +25,7 @@ from duocell.models.kinematics.wrist_singularity import wrist_shortfall
 from duocell.models.robot.arm import Arm
 from duocell.models.robot.posture import ALL_SIGNS
 from duocell.optimizer.reduction.linear_sums import first_joint_limits, keep_sums, sum_excess
-from duocell.optimizer.reduction.paths import choose_yaw, lift, unwrap
+from duocell.optimizer.reduction.paths import choose_windings, choose_yaw, unwrap
 from duocell.optimizer.reduction.pose_sample import sample_segment
 
 
@@ -155,7 +155,7 @@ class Paths:
     """Best path per posture and position: the answer of the reduced problem.
 
     Attributes:
-        joints: (6, 8, N, m) rad, unwrapped, lifted, joint 1 for the chosen yaw.
+        joints: (6, 8, N, m) rad, unwrapped, given windings, joint 1 for the chosen yaw.
         yaw: (8, N) rad, in the allowed interval.
         objective: (8, N) E of the arm (8.21), also where the path is not allowed.
         missing: (8, N) m, sum over the poses of what reach lacks.
@@ -265,7 +265,7 @@ def _paths(problem: ReducedProblem, branches: Branches) -> Paths:
     joints, step = unwrap(branches.joints, problem.starts)
     beyond = np.zeros(step.shape[1:])
     for i in range(1, 6):
-        beyond += lift(joints[i], arm.lower[i], arm.upper[i], arm.reference[i], *segments)
+        beyond += choose_windings(joints[i], arm.lower[i], arm.upper[i], arm.reference[i], *segments)
     keep_sums(arm, joints, problem.starts, free_yaw=True)
     first = first_joint_limits(arm, joints)
     yaw, out = choose_yaw(joints[0], *first, arm.reference[0], arm.base, problem.sigma, *segments)

@@ -14,13 +14,13 @@ from duocell.optimizer.certificate.bounds.angles.targets import Targets
 from duocell.optimizer.certificate.bounds.ball import Ball
 from duocell.optimizer.certificate.bounds.boxes import Boxes
 from duocell.optimizer.certificate.bounds.common_shift import common_cost
-from duocell.optimizer.certificate.bounds.lifts import cheapest_lifts
 from duocell.optimizer.certificate.bounds.linear_sums import sums_lost
 from duocell.optimizer.certificate.bounds.rules import Rules
 from duocell.optimizer.certificate.bounds.tangent import Linearised, linearised, tangent_bounds
 from duocell.optimizer.certificate.bounds.together import JOINTS, together_of, wrist_lost
 from duocell.optimizer.certificate.bounds.turns import FirstOrder
 from duocell.optimizer.certificate.bounds.twist import twist_cost, twist_of
+from duocell.optimizer.certificate.bounds.windings import cheapest_windings
 from duocell.optimizer.certificate.bounds.yaw import shift_cost, torn, unwrapped
 from duocell.optimizer.reduction.reduced import ReducedProblem
 
@@ -160,7 +160,7 @@ class BoxBounder:
         for i in range(1, 6):
             joint = rules.lower[i], rules.upper[i], rules.reference[i], rules.max_step
             parts = [
-                cheapest_lifts(enclosed.values[i, :, segment], *joint, rules.share(segment)) for segment in segments
+                cheapest_windings(enclosed.values[i, :, segment], *joint, rules.share(segment)) for segment in segments
             ]
             cost = np.stack([part.cost for part in parts], axis=-1)
             terms = np.concatenate([part.each for part in parts], axis=-1)

@@ -15,8 +15,8 @@ from duocell.models.base.arrays import Bools, Floats
 from duocell.optimizer.certificate.bounds.angles.expansion import Enclosed
 from duocell.optimizer.certificate.bounds.angles.joints import Kinematics
 from duocell.optimizer.certificate.bounds.angles.pitch import has_free_pitch, pitch_cells
-from duocell.optimizer.certificate.bounds.lifts import nearest_lifts
 from duocell.optimizer.certificate.bounds.rules import Rules
+from duocell.optimizer.certificate.bounds.windings import nearest_windings
 
 WIDE = 0.3
 """rad; where the wrist leaves pitch or joint 6 more than this open, they are bounded together."""
@@ -81,7 +81,7 @@ def together_of(kinematics: Kinematics, rules: Rules, found: Enclosed, each: Flo
         ruled[box, pose] = cells.singular
         sums = np.where(cells.alive, 0.0, np.inf)
         for k, i in enumerate(JOINTS):
-            off = nearest_lifts(cells.values[k], rules.lower[i], rules.upper[i], rules.reference[i])
+            off = nearest_windings(cells.values[k], rules.lower[i], rules.upper[i], rules.reference[i])
             sums = sums + np.where(np.isinf(off), np.inf, rules.weights[i] * np.where(np.isinf(off), 0.0, off))
         least = np.min(sums, axis=1)
         counts = 1.0 if rules.counts is None else rules.counts[pose]

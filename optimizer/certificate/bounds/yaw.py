@@ -7,7 +7,7 @@ A yaw shifts all of q1 by the same s (up to 2πk), so over a stretch of poses wh
 by the triangle inequality, and ``‖c + s - q*‖² = Σ (c_j - c̄)² + n (s - s*)²`` with ``s* = q* - c̄``. A free yaw leaves
 the first term; a bounded one, or limits of joint 1, keep s at a distance from s*.
 
-Values of neighbouring poses are on one turn if only one lift of the later one can be within the largest step of the
+Values of neighbouring poses are on one turn if only one winding of the later one can be within the largest step of the
 earlier one. The mean over poses of which that is not known would be unsound: then the path falls into stretches, each
 with a shift of its own.
 """
@@ -61,7 +61,9 @@ class Shifts:
 
 
 def torn(values: Ball, max_step: float, joined: Bools | None = None) -> Bools:
-    """(N, m) True at poses that no lift brings within the largest step of the pose before, if that is joined (m-1,)."""
+    """(N, m) True at poses that no winding brings within the largest step of the pose before, if that is joined
+    (m-1,).
+    """
     steps = np.diff(values.centre, axis=-1)
     steps = np.abs(steps - TURN * np.round(steps / TURN))
     apart = np.zeros(values.centre.shape, dtype=bool)

@@ -15,7 +15,7 @@ from duocell.optimizer.single_arm.redundant.parameters import UnreducedParameter
 from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, seen_from_bases
 
 WHOLE = 1e-3
-"""Share of a turn by which a lift may seem to break a limit."""
+"""Share of a turn by which a winding may seem to break a limit."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -75,7 +75,7 @@ def figures(problem: UnreducedProblem, seeds: Seeds, conditioning: float = 0.0) 
     )
 
 
-def lifted(problem: UnreducedProblem, seeds: Seeds) -> Seeds:
+def best_windings(problem: UnreducedProblem, seeds: Seeds) -> Seeds:
     """Seeds whose joints take the turns nearest to the reference that the limits leave, segment by segment."""
     joints = seeds.joints.copy()
     reference = problem.reference_column

@@ -15,7 +15,7 @@ from duocell.optimizer.single_arm.redundant.draws import draw_seeds, drawn_postu
 from duocell.optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
 from duocell.optimizer.single_arm.redundant.key_poses import key_poses, on_the_way, reduced_to, shares
 from duocell.optimizer.single_arm.redundant.parameters import UnreducedParameters
-from duocell.optimizer.single_arm.redundant.ranking import Figures, distinct, figures, lifted
+from duocell.optimizer.single_arm.redundant.ranking import Figures, best_windings, distinct, figures
 from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem
 
 STEP_SLACK = 3.0
@@ -74,7 +74,7 @@ def _joined(problem: UnreducedProblem, pose: int, seeds: Seeds, parameters: Unre
     n, each, count = starts.shape
     many = Seeds(starts.reshape(n, 1, each * count), np.tile(seeds.bases, (each, 1)))
     how = Iterations(JOB_ITERATIONS, parameters.spread_pull, parameters.soft, base_moves=False, apart=True)
-    many = lifted(one, gauss_newton(one, many, how))
+    many = best_windings(one, gauss_newton(one, many, how))
     score = figures(one, many).score(np.inf, parameters).reshape(each, count)
     best = np.argmin(score, axis=0)
     chosen: Floats = many.joints.reshape(n, each, count)[:, best, np.arange(count)]
@@ -94,7 +94,7 @@ def spread(
         how = Iterations(parameters.spread_iterations, parameters.spread_pull, parameters.soft, base_moves)
         seeds = gauss_newton(on_the_way(start, keys, part), seeds, how)
     how = Iterations(parameters.key_iterations, parameters.key_pull, parameters.soft, base_moves)
-    return lifted(keys, gauss_newton(keys, seeds, how)), keys, poses
+    return best_windings(keys, gauss_newton(keys, seeds, how)), keys, poses
 
 
 def staged(problem: UnreducedProblem, parameters: UnreducedParameters, seed: int) -> Staged | None:
@@ -115,7 +115,7 @@ def staged(problem: UnreducedProblem, parameters: UnreducedParameters, seed: int
     seeds = Seeds(through(problem, poses, middle_poses, seeds.joints), seeds.bases)
     arrive = Iterations(parameters.arrive_iterations, parameters.spread_pull, parameters.soft, base_moves=False)
     how = Iterations(parameters.middle_iterations, parameters.middle_pull, parameters.soft, steps=True)
-    seeds = lifted(middle, gauss_newton(middle, gauss_newton(middle, seeds, arrive), how))
+    seeds = best_windings(middle, gauss_newton(middle, gauss_newton(middle, seeds, arrive), how))
     pool = seeds.take(np.argsort(figures(middle, seeds).score(middle.max_step, parameters), kind="stable"))
     every = np.arange(len(pool))
     kept = distinct(middle, pool, every, parameters.middle_kept, parameters.same_joints, parameters.same_base)
@@ -144,7 +144,7 @@ def through(problem: UnreducedProblem, known: Ints, wanted: Ints, joints: Floats
 def settled(problem: UnreducedProblem, seeds: Seeds, parameters: UnreducedParameters) -> Seeds:
     """Seeds near their optima: those that still move and are not hopeless get more iterations than the others."""
     how = Iterations(parameters.final_iterations, parameters.final_pull, parameters.stiff, steps=True)
-    seeds = lifted(problem, gauss_newton(problem, seeds, how))
+    seeds = best_windings(problem, gauss_newton(problem, seeds, how))
     before = figures(problem, seeds).cost
     one = Iterations(1, 0.7, parameters.stiff, steps=True, restraint=parameters.restraint)
     more = replace(one, count=parameters.more_iterations, pull=parameters.final_pull)
@@ -174,7 +174,7 @@ def carried(problem: UnreducedProblem, seeds: Seeds, poses: Ints, parameters: Un
     order = np.argsort(figures(problem, seeds).score(problem.max_step, parameters), kind="stable")
     kept = distinct(problem, seeds, order, parameters.whole_kept, parameters.near_joints, parameters.near_base)
     how = Iterations(parameters.middle_iterations, parameters.final_pull, parameters.stiff, steps=True)
-    return lifted(problem, gauss_newton(problem, seeds.take(kept), how))
+    return best_windings(problem, gauss_newton(problem, seeds.take(kept), how))
 
 
 def well_conditioned(problem: UnreducedProblem, seeds: Seeds, parameters: UnreducedParameters) -> Seeds:
@@ -184,7 +184,7 @@ def well_conditioned(problem: UnreducedProblem, seeds: Seeds, parameters: Unredu
     if not len(lacking):
         return seeds
     how = Iterations(parameters.more_iterations, parameters.middle_pull, parameters.stiff, conditioning=wanted)
-    return seeds.join(lifted(problem, gauss_newton(problem, seeds.take(lacking), how)))
+    return seeds.join(best_windings(problem, gauss_newton(problem, seeds.take(lacking), how)))
 
 
 def ranked(problem: UnreducedProblem, seeds: Seeds, parameters: UnreducedParameters) -> tuple[Seeds, Figures]:

@@ -25,7 +25,7 @@ from duocell.optimizer.reduction.layers import LayeredPath, finish_path
 from duocell.optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
 from duocell.optimizer.single_arm.redundant.held_poses import with_held_poses
 from duocell.optimizer.single_arm.redundant.parameters import PARAMETERS, UnreducedParameters
-from duocell.optimizer.single_arm.redundant.ranking import distinct, figures, lifted
+from duocell.optimizer.single_arm.redundant.ranking import best_windings, distinct, figures
 from duocell.optimizer.single_arm.redundant.recombination import distinct_bases, recombined
 from duocell.optimizer.single_arm.redundant.stages import (
     MOVED_ERROR,
@@ -225,7 +225,7 @@ def _recombined(found: Staged, nets: _Nets) -> Seeds:
     which = distinct_bases(found.seeds.bases, parameters.bases, parameters.near_base)
     seeds = recombined(middle, found.seeds.bases[which], found.pool, parameters, nets.seed)
     how = Iterations(parameters.final_iterations, parameters.key_pull, parameters.stiff)
-    seeds = settled(middle, lifted(middle, gauss_newton(middle, seeds, how)), parameters)
+    seeds = settled(middle, best_windings(middle, gauss_newton(middle, seeds, how)), parameters)
     seeds = carried(found.problem, seeds, found.middle_poses, parameters)
     both = found.seeds.join(ranked(found.problem, seeds, parameters)[0])
     order = np.arange(len(both))

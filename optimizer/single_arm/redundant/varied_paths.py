@@ -18,7 +18,7 @@ from duocell.optimizer.reduction.layers import LayeredPath, finish_path
 from duocell.optimizer.single_arm.continuation import continue_paths
 from duocell.optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
 from duocell.optimizer.single_arm.redundant.parameters import PARAMETERS, UnreducedParameters
-from duocell.optimizer.single_arm.redundant.ranking import figures, lifted
+from duocell.optimizer.single_arm.redundant.ranking import best_windings, figures
 from duocell.optimizer.single_arm.redundant.stages import first_seeds, middle_problem, spread, staged, through
 from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, unreduced_problem
 
@@ -99,7 +99,7 @@ def _where_they_stand(problem: UnreducedProblem, parameters: UnreducedParameters
     middle, middle_poses = middle_problem(problem, parameters)
     how = Iterations(parameters.final_iterations, parameters.final_pull, parameters.stiff, base_moves=False)
     seeds = Seeds(through(problem, poses, middle_poses, seeds.joints), seeds.bases)
-    seeds = lifted(middle, gauss_newton(middle, seeds, how))
+    seeds = best_windings(middle, gauss_newton(middle, seeds, how))
     seeds = seeds.take(np.flatnonzero(figures(middle, seeds).error < parameters.unreached))
     if problem.arm.min_conditioning is not None and len(seeds):
         how = replace(how, count=CONDITIONED, conditioning=problem.arm.min_conditioning)

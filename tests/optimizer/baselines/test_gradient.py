@@ -60,7 +60,7 @@ def test_yaw_moves_joint_one_alone():
     path = function.begin(np.array([0.3, -0.2, 0.0, 1.0]))
     assert path is not None
     turned = function.follow(path.placement + np.array([0.0, 0.0, 0.0, 20.0]), path)
-    assert turned is not None  # more than three turns, and still the same lifts
+    assert turned is not None  # more than three turns, and still the same windings
     assert turned.joints[:, 0] == pytest.approx(path.joints[:, 0] - problem.sigma * 20.0)
     assert turned.joints[:, 1:] == pytest.approx(path.joints[:, 1:])
 

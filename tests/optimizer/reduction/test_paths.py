@@ -1,4 +1,4 @@
-"""Unwrapping, lifts and yaw against brute force over all 2π multiples and all yaws."""
+"""Unwrapping, windings and yaw against brute force over all 2π multiples and all yaws."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from duocell.models.robot.arm import FREE_YAW
-from duocell.optimizer.reduction.paths import choose_yaw, lift, unwrap
+from duocell.optimizer.reduction.paths import choose_windings, choose_yaw, unwrap
 from tests.support.angles import TURN, wrapped
 from tests.support.given.arms import region
 
@@ -69,7 +69,7 @@ def test_lift_is_the_best_of_all_turns(values, bounds, reference):
     low, high = bounds
     original = np.array(values)
     path = original.copy()
-    beyond = lift(path, low, high, reference)
+    beyond = choose_windings(path, low, high, reference)
     every = original + TURNS[:, None]
     least = outside(every, low, high).min()
     shift = path - original
@@ -84,7 +84,7 @@ def test_lift_is_the_best_of_all_turns(values, bounds, reference):
 
 def test_lifts_are_chosen_path_by_path():
     paths = np.array([[[0.0, 0.1]], [[7.0, 7.1]]])
-    beyond = lift(paths, -1.0, 1.0, 0.0)
+    beyond = choose_windings(paths, -1.0, 1.0, 0.0)
     assert paths == pytest.approx(np.array([[[0.0, 0.1]], [[7.0 - TURN, 7.1 - TURN]]]))
     assert beyond.tolist() == [[0.0], [0.0]]
 

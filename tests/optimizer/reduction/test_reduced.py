@@ -1,4 +1,4 @@
-"""The reduced problem against Pinocchio, direct recomputation and every lift and yaw tried one by one."""
+"""The reduced problem against Pinocchio, direct recomputation and every winding and yaw tried one by one."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Brute force for one six-joint arm, sharing nothing with the optimizer but the problem statement.
 
-Branches come from ssik (for the source's PUMA from the source's own formulas), postures from the joint axes, lifts
+Branches come from ssik (for the source's PUMA from the source's own formulas), postures from the joint axes, windings
 from trying all of them, the yaw from trying every turn; bases from a dense grid, refined by Nelder and Mead.
 """
 
@@ -41,7 +41,7 @@ def _solver(name: str) -> ssik.Manipulator:
 
 
 def cost_at(cell: Cell, arm: Arm, position: np.ndarray) -> float:
-    """Least objective of the arm with its base at a position, over postures, lifts and yaws; `USELESS` if none."""
+    """Least objective of the arm with its base at a position, over postures, windings and yaws; `USELESS` if none."""
     targets = cell.flange_targets(arm).copy()
     targets[:, :3, 3] -= position
     targets[:, :3] = arm.mount.T @ targets[:, :3]
@@ -83,11 +83,11 @@ def path_cost(cell: Cell, arm: Arm, path: np.ndarray) -> float:
         way = np.concatenate([path[segment][:1], path[segment][:1] + np.cumsum(steps, axis=0)])
         firsts.append(way[:, 0])
         for i in range(1, 6):
-            lifted = way[:, i] + TURN * np.array(TURNS)[:, None]
-            inside = np.all((lifted >= arm.lower[i]) & (lifted <= arm.upper[i]), axis=1)
+            shifted = way[:, i] + TURN * np.array(TURNS)[:, None]
+            inside = np.all((shifted >= arm.lower[i]) & (shifted <= arm.upper[i]), axis=1)
             if not inside.any():
                 return USELESS
-            errors = cell.task.weights[segment] * (lifted[inside] - arm.reference[i]) ** 2
+            errors = cell.task.weights[segment] * (shifted[inside] - arm.reference[i]) ** 2
             total += arm.weights[i] * np.sum(errors, axis=1).min()
     return float(total + _yaw_cost(arm, firsts, cell.task.weights))
 

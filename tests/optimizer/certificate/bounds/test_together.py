@@ -18,7 +18,7 @@ from duocell.optimizer.certificate.bounds.angles.pitch import pitch_cells
 from duocell.optimizer.certificate.bounds.ball import Ball
 from duocell.optimizer.certificate.bounds.box_bounds import BoxBounder
 from duocell.optimizer.certificate.bounds.boxes import Boxes
-from duocell.optimizer.certificate.bounds.lifts import nearest_lifts
+from duocell.optimizer.certificate.bounds.windings import nearest_windings
 from duocell.optimizer.reduction.reduced import evaluate_signed, reduced_problem
 
 TRIALS, BOXES, SAMPLES = 5, 100, 16
@@ -113,7 +113,7 @@ def test_the_nearest_lift_is_that_of_trying_them_all():
         lower = float(rng.uniform(-9.0, 3.0))
         upper, reference = lower + float(rng.uniform(0.1, 14.0)), float(rng.uniform(-7.0, 7.0))
         centre, radius = rng.uniform(-20.0, 20.0, 30), rng.choice([0.0, 0.2, 2.0], 30)
-        found = nearest_lifts(Ball(centre, radius), lower, upper, reference)
+        found = nearest_windings(Ball(centre, radius), lower, upper, reference)
         values = centre[:, None] + radius[:, None] * np.linspace(-1.0, 1.0, 401)
         turns = values[..., None] + 2.0 * np.pi * np.arange(-8, 9)
         cost = np.where((turns >= lower) & (turns <= upper), (turns - reference) ** 2, np.inf).min(axis=(1, 2))

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from duocell.optimizer.certificate.bounds.ball import ANYTHING, Ball
-from duocell.optimizer.certificate.bounds.lifts import cheapest_lifts
+from duocell.optimizer.certificate.bounds.windings import cheapest_windings
 
 TURN = 2.0 * np.pi
-LIFTS = TURN * np.array(list(product(range(-4, 5), repeat=4)))
+WINDINGS = TURN * np.array(list(product(range(-4, 5), repeat=4)))
 
 
 def brute(values, lower, upper, reference, max_step):
-    """Least cost of exact values (m,) over all lifts."""
-    paths = values + LIFTS
+    """Least cost of exact values (m,) over all windings."""
+    paths = values + WINDINGS
     inside = np.all((paths >= lower) & (paths <= upper), axis=1)
     inside &= np.all(np.abs(np.diff(paths, axis=1)) <= max_step, axis=1)
     return float(np.min(np.sum((paths - reference) ** 2, axis=1), where=inside, initial=np.inf))
@@ -29,7 +29,7 @@ def test_exact_values_cost_what_the_best_lifts_cost(max_step):
         reference = rng.uniform(-4.0, 4.0)
         path = np.cumsum(rng.normal(size=4) * 0.8)
         values = path - TURN * np.round(rng.normal(size=4))
-        found = cheapest_lifts(Ball(values[None], np.zeros((1, 4))), lower, upper, reference, max_step)
+        found = cheapest_windings(Ball(values[None], np.zeros((1, 4))), lower, upper, reference, max_step)
         expected = brute(values, lower, upper, reference, max_step)
         assert found.cost[0] == pytest.approx(expected, rel=1e-12)
         possible += np.isfinite(expected)
@@ -46,7 +46,7 @@ def test_intervals_never_cost_more_than_their_members():
         reference, max_step = rng.uniform(-4.0, 4.0), rng.choice([0.8, np.pi / 2, np.pi])
         centre = np.cumsum(rng.normal(size=4) * 0.6)
         radius = rng.choice([1e-3, 0.1, 0.5, 2.0, ANYTHING], size=4, p=[0.3, 0.3, 0.2, 0.1, 0.1])
-        found = cheapest_lifts(Ball(centre[None], radius[None]), lower, upper, reference, max_step)
+        found = cheapest_windings(Ball(centre[None], radius[None]), lower, upper, reference, max_step)
         for _ in range(4):
             inside = centre + np.minimum(radius, np.pi) * rng.uniform(-1.0, 1.0, 4)
             cost = brute(inside, lower, upper, reference, max_step)
@@ -58,15 +58,15 @@ def test_intervals_never_cost_more_than_their_members():
 def test_endless_and_very_wide_joints_are_never_ruled_out():
     values = Ball(np.array([[0.2, 9.0, -4.0]]), np.full((1, 3), 0.01))
     for lower, upper in ((-np.inf, np.inf), (-30.0, 30.0)):
-        found = cheapest_lifts(values, lower, upper, 0.0, np.pi)
+        found = cheapest_windings(values, lower, upper, 0.0, np.pi)
         near = np.abs(np.array([0.2, 9.0 - TURN, TURN - 4.0])) - 0.01
         assert found.cost[0] == pytest.approx(np.sum(near**2))
 
 
 def test_it_says_which_poses_are_outside_and_which_are_apart():
-    outside = cheapest_lifts(Ball(np.array([[0.0, 2.0, 0.1]]), np.full((1, 3), 0.1)), -1.0, 1.0, 0.0, np.pi)
+    outside = cheapest_windings(Ball(np.array([[0.0, 2.0, 0.1]]), np.full((1, 3), 0.1)), -1.0, 1.0, 0.0, np.pi)
     assert np.isinf(outside.cost[0])
     assert np.isinf(outside.each[0]).tolist() == [False, True, False]
-    torn = cheapest_lifts(Ball(np.array([[0.0, 0.1, 1.8]]), np.full((1, 3), 0.1)), -3.0, 3.0, 0.0, 1.0)
+    torn = cheapest_windings(Ball(np.array([[0.0, 0.1, 1.8]]), np.full((1, 3), 0.1)), -3.0, 3.0, 0.0, 1.0)
     assert np.isinf(torn.cost[0])
     assert torn.apart[0].tolist() == [False, True, True]

@@ -1,8 +1,8 @@
-"""The cheapest way to lift enclosed joint values by multiples of 2π along a path.
+"""The cheapest way to shift enclosed joint values by multiples of 2π along a path.
 
-A joint is known modulo 2π and within a radius, pose by pose. A path has to choose a lift at every pose such that the
+A joint is known modulo 2π and within a radius, pose by pose. A path has to choose a winding at every pose such that the
 value can be inside the limits, and such that neighbouring values can be within the largest allowed step. The cost of
-a pose at a lift is at least ``w · dist(q*, interval ∩ limits)²``. The cheapest chain of lifts is found by dynamic
+a pose at a winding is at least ``w · dist(q*, interval ∩ limits)²``. The cheapest chain of windings is found by dynamic
 programming along the path; where no chain exists, no path exists anywhere in the box.
 
 Nothing is unwrapped beforehand, so nothing has to be assumed about neighbouring poses: where the intervals are narrow
@@ -20,16 +20,18 @@ from duocell.models.robot.arm import TURN
 from duocell.optimizer.certificate.bounds.ball import Ball
 
 MOST_LIFTS = 6
-"""Joints with room for more lifts than this are bounded pose by pose at their nearest lift, whatever the limits."""
+"""Joints with room for more windings than this are bounded pose by pose at their nearest winding, whatever the
+limits.
+"""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Lifted:
+class WindingBounds:
     """Bounds of the cost of one joint over N boxes.
 
     Attributes:
         cost: (N,) lower bound of ``Σ_j count_j (q_j - q*)²``, inf where no path exists.
-        each: (N, m) lower bound of its terms, inf where no lift brings the pose inside the limits.
+        each: (N, m) lower bound of its terms, inf where no winding brings the pose inside the limits.
         apart: (N, m) True at neighbours that cannot be linked, or everywhere if only the whole chain is impossible.
     """
 
@@ -38,9 +40,9 @@ class Lifted:
     apart: Bools
 
 
-def cheapest_lifts(
+def cheapest_windings(
     values: Ball, lower: float, upper: float, reference: float, max_step: float, counts: Floats | None = None
-) -> Lifted:
+) -> WindingBounds:
     """Bound one joint's cost.
 
     Args:
@@ -56,25 +58,25 @@ def cheapest_lifts(
         off = np.abs(centre - reference - TURN * np.round((centre - reference) / TURN))
         each = np.maximum(off - radius, 0.0) ** 2
         each = each if counts is None else counts * each
-        return Lifted(np.sum(each, axis=-1), each, np.zeros(centre.shape, dtype=bool))
+        return WindingBounds(np.sum(each, axis=-1), each, np.zeros(centre.shape, dtype=bool))
     open_end = radius >= np.pi
     centre = np.where(open_end, 0.5 * (lower + upper), centre)
     radius = np.where(open_end, 0.5 * (upper - lower), radius)
     first = np.where(open_end, 0.0, np.ceil((lower - centre - radius) / TURN))
-    lifts = np.arange(int(count))[:, None, None]
-    lifted = centre + TURN * (first + lifts)  # (L, N, m)
-    low, high = np.maximum(lifted - radius, lower), np.minimum(lifted + radius, upper)
-    possible = (low <= high) & ~(open_end & (lifts > 0))
-    few = max(int(np.max(np.sum(possible, axis=0), initial=1)), 1)  # possible lifts come first
-    lifted, low, high, possible = lifted[:few], low[:few], high[:few], possible[:few]
+    windings = np.arange(int(count))[:, None, None]
+    shifted = centre + TURN * (first + windings)  # (L, N, m)
+    low, high = np.maximum(shifted - radius, lower), np.minimum(shifted + radius, upper)
+    possible = (low <= high) & ~(open_end & (windings > 0))
+    few = max(int(np.max(np.sum(possible, axis=0), initial=1)), 1)  # possible windings come first
+    shifted, low, high, possible = shifted[:few], low[:few], high[:few], possible[:few]
     off = np.maximum(np.maximum(low - reference, reference - high), 0.0) ** 2
     cost = np.where(possible, off if counts is None else counts * off, np.inf)
     # Neighbours may be as far apart as the step and both radii; an end that may be anything is never too far.
     reach = max_step + np.where(open_end[:, 1:] | open_end[:, :-1], np.inf, radius[:, 1:] + radius[:, :-1])
-    apart = np.abs(lifted[:, None, :, :-1] - lifted[None, :, :, 1:])  # (from, to, N, m-1)
+    apart = np.abs(shifted[:, None, :, :-1] - shifted[None, :, :, 1:])  # (from, to, N, m-1)
     links = np.where(apart <= reach, cost[None, :, :, 1:], np.inf) + np.where(possible, 0.0, np.inf)[:, None, :, :-1]
     total = np.min(cost[:, None, :, 0] + _joined(links), axis=(0, 1))
-    return Lifted(total, np.min(cost, axis=0), _breaks(links, np.isinf(total)))
+    return WindingBounds(total, np.min(cost, axis=0), _breaks(links, np.isinf(total)))
 
 
 def _joined(links: Floats) -> Floats:
@@ -104,7 +106,7 @@ def _breaks(links: Floats, impossible: Bools) -> Bools:
     return poses & impossible[:, None]
 
 
-def nearest_lifts(values: Ball, lower: float, upper: float, reference: float) -> Floats:
+def nearest_windings(values: Ball, lower: float, upper: float, reference: float) -> Floats:
     """(...) lower bound of ``(q - q*)²`` for values (...) [rad] modulo 2π, each by itself; inf outside the limits."""
     centre, radius = values.centre, values.radius
     count = (upper - lower) / TURN + 2.0
@@ -113,9 +115,9 @@ def nearest_lifts(values: Ball, lower: float, upper: float, reference: float) ->
         return np.maximum(off - radius, 0.0) ** 2
     first = np.ceil((lower - centre - radius) / TURN)
     best = np.full(centre.shape, np.inf)
-    for lift in range(int(count)):
-        lifted = centre + TURN * (first + lift)
-        low, high = np.maximum(lifted - radius, lower), np.minimum(lifted + radius, upper)
+    for winding in range(int(count)):
+        shifted = centre + TURN * (first + winding)
+        low, high = np.maximum(shifted - radius, lower), np.minimum(shifted + radius, upper)
         off = np.maximum(np.maximum(low - reference, reference - high), 0.0) ** 2
         best = np.minimum(best, np.where(low <= high, off, np.inf))
     outside = max(lower - reference, reference - upper, 0.0) ** 2

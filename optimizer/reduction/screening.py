@@ -12,7 +12,6 @@ from duocell.models.robot.posture import ALL_SIGNS
 from duocell.optimizer.monitoring.watch import check_stop
 from duocell.optimizer.reduction.base_sample import BoxFrame
 from duocell.optimizer.reduction.box import spread
-from duocell.optimizer.reduction.notches import notches
 from duocell.optimizer.reduction.reduced import (
     Paths,
     ReducedProblem,
@@ -21,6 +20,7 @@ from duocell.optimizer.reduction.reduced import (
     evaluate_fully,
     evaluate_signed,
 )
+from duocell.optimizer.reduction.singular_minima import singular_minima
 
 COARSE_POSES, CAREFUL_POSES = 5, 12
 """Poses that the points of the spread are looked at with; more where a conditioning is asked for."""
@@ -42,8 +42,8 @@ OF_A_POSTURE = 6
 """Of these no more are of one posture while there are others."""
 LOOKED_AT, LAST_OF_WHOLE = 128, 6
 """Points of the spread that are looked at on the whole of a long task, and how many of them are improved too."""
-NOTCHES, NOTCH = 3, 2e-3
-"""Notches of the cost to be looked into, and how far from their tips (m)."""
+SINGULAR_MINIMA, SINGULAR_RADIUS = 3, 2e-3
+"""Singular minima of the cost to be looked into, and how far from their bottoms (m)."""
 CHUNK = 1024
 """Positions evaluated at once, to bound memory."""
 THINNED = 2
@@ -90,14 +90,14 @@ class Screen:
 
     Attributes:
         candidates: distinct, best first.
-        notches: best points about places where the cost may fall below all that is usable among the candidates.
+        singular_minima: best points about places where the cost may fall below all that is usable among the candidates.
         evaluated: base × posture pairs looked at.
         problem: the (possibly sampled) task they were scored on.
         frame: of the box that was searched. spacing: (3,) m, between neighbours of the first look.
     """
 
     candidates: list[Candidate]
-    notches: list[Candidate]
+    singular_minima: list[Candidate]
     evaluated: int
     problem: ReducedProblem
     frame: BoxFrame
@@ -142,9 +142,11 @@ def screen(problem: ReducedProblem, box: Floats, seed: int, round_: int = 0) -> 
 
 
 def _in_notches(problem: ReducedProblem, frame: BoxFrame, spacing: Floats, found: list[Candidate]) -> list[Candidate]:
-    """The best point about every place where the cost may fall below that of the usable candidates, in a notch."""
+    """The best point about every place where the cost may fall below that of the usable candidates, in a singular
+    minimum.
+    """
     known = min((candidate.objective for candidate in found if candidate.violation == 0.0), default=np.inf)
-    around, signs = notches(problem, frame.box, spacing, known)
+    around, signs = singular_minima(problem, frame.box, spacing, known)
     if not len(around):
         return []
     paths = evaluate_signed(problem, around.reshape(-1, 3), np.repeat(signs, around.shape[1], axis=0))
@@ -152,9 +154,9 @@ def _in_notches(problem: ReducedProblem, frame: BoxFrame, spacing: Floats, found
         Candidate(circle[0], (s[0], s[1], s[2]), np.inf, np.inf)
         for circle, s in zip(around, signs.tolist(), strict=True)
     ]
-    best = sorted(_keep_best(problem, around, paths, places), key=lambda c: scored(problem, c))[:NOTCHES]
+    best = sorted(_keep_best(problem, around, paths, places), key=lambda c: scored(problem, c))[:SINGULAR_MINIMA]
     free = frame.box[:, 1] > frame.box[:, 0]
-    return improve(problem, best, frame, NOTCH * free.astype(np.float64), LAST_STEPS)
+    return improve(problem, best, frame, SINGULAR_RADIUS * free.astype(np.float64), LAST_STEPS)
 
 
 def _spacing(box: Floats, count: int) -> Floats:

@@ -43,7 +43,7 @@ from duocell.optimizer.verification.verify import check
 STARTS = 8
 """Local solves of an arm with a reduced problem; twice as many where none of them ends in a usable point."""
 DEEPER = 1.05
-"""A notch may be this much deeper than what is seen of it."""
+"""A singular minimum may be this much deeper than what is seen of it."""
 DECIDE_WORTH, DECIDE_GAP = 5.0, 1e-3
 """s, counted in boxes, and relative gap of the branch and bound that decides whether a task is possible for which no
 usable candidate was met."""
@@ -258,8 +258,8 @@ def _solve_candidates(cell: Cell, search: ArmSearch, problem: ReducedProblem, fo
         optima += reached
         for _, point in reached:
             waiting = elsewhere(problem, waiting, point)
-    for notch in found.notches:
-        start = path_from(problem, notch.position, notch.signs)
+    for minimum in found.singular_minima:
+        start = path_from(problem, minimum.position, minimum.signs)
         known = min((value for value, _ in optima), default=np.inf)
         if objective_of(cell.task, search.arm, start.joints) < DEEPER * known:
             optima += _solve(cell, search, start, deadline)

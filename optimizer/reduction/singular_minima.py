@@ -1,9 +1,9 @@
-"""Notches of the cost: base positions about which a spread of points says nothing.
+"""Singular minima of the cost: base positions about which a spread of points says nothing.
 
 Where a pose is taken with a straight wrist (axes 4 and 6 in line), these joints may share their turn as they like;
 close by, the direction in which the base is off decides it. So about such a place the cost of that pose takes a whole
-range of values, and the optimum may be at the tip of a notch that is millimetres wide. The places are few and known in
-closed form, so all of them are looked at.
+range of values, and the optimum may be at the bottom of a minimum that is millimetres wide. The places are few and
+known in closed form, so all of them are looked at.
 """
 
 from __future__ import annotations
@@ -62,13 +62,13 @@ class Places:
         )
 
 
-def notches(problem: ReducedProblem, box: Floats, spacing: Floats, most: float) -> tuple[Floats, Ints]:
-    """Places where the cost may fall below what is known in a notch.
+def singular_minima(problem: ReducedProblem, box: Floats, spacing: Floats, most: float) -> tuple[Floats, Ints]:
+    """Places where the cost may fall below what is known in a singular minimum.
 
     Args:
         problem: the arm and the task.
         box: (3, 2) m, where bases may stand.
-        spacing: (3,) m, between the bases that were looked at: a notch whose tip is outside, but nearer than this, may
+        spacing: (3,) m, between the bases that were looked at: a minimum that is outside, but nearer than this, may
             reach into the box unseen.
         most: cost that is known to be possible; infinite if none is.
 

@@ -1,4 +1,4 @@
-"""Optima at the tip of a notch, which no spread of points sees: held against branch and bound."""
+"""Optima in a singular minimum, which no spread of points sees: held against branch and bound."""
 
 from __future__ import annotations
 

@@ -28,13 +28,13 @@ DIFFERENCE = 1e-6
 
 
 def add_contacts(
-    rows: RowCollector, scene: Scene, places: Configurations, bases: Floats, cushions: Mapping[PairClass, float]
+    rows: RowCollector, scene: Scene, places: Configurations, bases: Floats, margins: Mapping[PairClass, float]
 ) -> None:
     """The pairs nearest to their required distances.
 
     Args:
         rows: to add to. scene: the cell. places: its configurations at the samples. bases: (A, 4, 4) in the world.
-        cushions: m, what to ask for beyond the required distance of a class.
+        margins: m, what to ask for beyond the required distance of a class.
     """
     model = scene.model
     if model is None:
@@ -45,7 +45,7 @@ def add_contacts(
     contacts = [model.contact(places, int(k), int(pair)) for k, pair in zip(at, pairs, strict=True)]
     slopes = contact_gradients(model, places, at, contacts, bases)
     values = np.array([contact.distance for contact in contacts])
-    wanted = scene.required[pairs] + np.array([cushions.get(contact.kind, 0.0) for contact in contacts])
+    wanted = scene.required[pairs] + np.array([margins.get(contact.kind, 0.0) for contact in contacts])
     rows.add_at(at, slopes.bases.reshape(len(at), BASE * len(bases)), slopes.joints, values, wanted)
 
 

@@ -15,7 +15,7 @@ from duocell.optimizer.monitoring.events import Iterated
 from duocell.optimizer.monitoring.watch import check_stop, tell
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.sqp.linear_rows import LinearRows
-from duocell.optimizer.sqp.look import Look, look
+from duocell.optimizer.sqp.linearisation import Linearisation, linearise
 from duocell.optimizer.sqp.manifold import Unknowns, move
 from duocell.optimizer.sqp.nearby import nearby
 from duocell.optimizer.sqp.quadratic import Quadratic, quadratic
@@ -36,7 +36,7 @@ SHORTER, SHORT, LONGER = 0.3, 0.4, 2.0
 """Factors on the radius: after a step that led nowhere, one that kept little of its promise, one that kept it."""
 NEARER, BEYOND = 3, 1.5
 """How often a step that ends beyond an arm's reach is made anew, and how much more than it missed is asked for."""
-CUSHION = 1e-4
+MARGIN = 1e-4
 """m asked for beyond the required distance, for what the linear rows leave out."""
 PATIENCE, SETTLED = 20.0, 3
 """A descent that would need more than so many rounds like the one before it to beat what is known is given up, though
@@ -50,7 +50,7 @@ class Terms:
     """What a descent is given.
 
     Attributes:
-        scene: the cell. cushions: m, what to ask for beyond the required distance of a class.
+        scene: the cell. margins: m, what to ask for beyond the required distance of a class.
         price: cost of a metre or radian of violation, in units of E.
         worth: relative fall of the merit below which a round was the last one.
         deadline: `time.perf_counter` value, soft.
@@ -59,7 +59,7 @@ class Terms:
     """
 
     scene: Scene
-    cushions: Mapping[PairClass, float]
+    margins: Mapping[PairClass, float]
     price: float
     worth: float
     deadline: float
@@ -71,25 +71,25 @@ class Terms:
         """Of the cell's layouts."""
         return Unknowns.of(self.scene.cell)
 
-    def merit(self, at: Look) -> float:
+    def merit(self, at: Linearisation) -> float:
         """E with the violation made dear."""
         return at.objective + self.price * max(at.lack, 0.0)
 
-    def seen(self, points: Sequence[ArmSolution]) -> Look:
+    def seen(self, points: Sequence[ArmSolution]) -> Linearisation:
         """What a layout is like."""
-        return look(self.scene, self.unknowns, points, self.cushions)
+        return linearise(self.scene, self.unknowns, points, self.margins)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Trial:
     """A step that was tried: where it leads, what the merit falls by there, and by how much it was said to fall."""
 
-    there: Look
+    there: Linearisation
     gained: float
     promised: float
 
 
-def descend(terms: Terms, here: Look) -> tuple[Look, int]:
+def descend(terms: Terms, here: Linearisation) -> tuple[Linearisation, int]:
     """Where a layout leads, and how many programs were solved on the way."""
     descent = _Descent(terms, here)
     for round_ in range(ROUNDS):
@@ -116,7 +116,7 @@ class _Descent:
     """
 
     terms: Terms
-    here: Look
+    here: Linearisation
     radius: float = RADIUS
     lacks: list[float] = field(default_factory=list)
     _model: Quadratic | None = None
@@ -133,7 +133,7 @@ class _Descent:
     def _stuck(self) -> bool:
         """True where something is violated and that gets no better any more."""
         (rounds, share), lacks = STUCK, self.lacks
-        return lacks[-1] > CUSHION and len(lacks) > rounds and lacks[-1] > (1.0 - share) * lacks[-1 - rounds]
+        return lacks[-1] > MARGIN and len(lacks) > rounds and lacks[-1] > (1.0 - share) * lacks[-1 - rounds]
 
     @property
     def _merit(self) -> float:
@@ -185,7 +185,9 @@ class _Descent:
         known = any(nearby(self.here.points, points, SAME_BASIN) for points in terms.ends)
         return known or trial.promised <= self._least
 
-    def _corrected(self, there: Look, model: Quadratic, step: Step, bounds: tuple[Floats, Floats]) -> Look | None:
+    def _corrected(
+        self, there: Linearisation, model: Quadratic, step: Step, bounds: tuple[Floats, Floats]
+    ) -> Linearisation | None:
         """Where a step leads that heeds how the rows bend: with rows made where the straight one ended.
 
         The second-order correction of R. Fletcher, Practical Methods of Optimization, 1987, section 14.4: without it

@@ -19,9 +19,9 @@ from duocell.models.cell.surroundings import PairClass
 from duocell.optimizer.clearance.clearance import PathClearance
 from duocell.optimizer.nlp.measure import placed
 from duocell.optimizer.nlp.program import ArmSolution
-from duocell.optimizer.sqp.descent import CUSHION, SAME_BASIN, Terms, descend
+from duocell.optimizer.sqp.descent import MARGIN, SAME_BASIN, Terms, descend
 from duocell.optimizer.sqp.dips import dips, followed_dips
-from duocell.optimizer.sqp.look import Look
+from duocell.optimizer.sqp.linearisation import Linearisation
 from duocell.optimizer.sqp.nearby import nearby
 from duocell.optimizer.sqp.samples import sample_path
 from duocell.optimizer.verification.scene import LIMITS, Scene
@@ -29,7 +29,7 @@ from duocell.optimizer.verification.scene import LIMITS, Scene
 WORTH = 1e-5
 """Relative fall of the merit below which a round was the last one."""
 DIPS = 5
-"""How often a path that dips between its samples is sent back with more cushion."""
+"""How often a path that dips between its samples is sent back with more margin."""
 FARTHER, SINGULAR = 2.0, 5e-3
 """Factor on the smallest conditioning of an arm that loses its way, and what is asked for at least."""
 PRICE, DEARER = 100.0, 10.0
@@ -110,18 +110,18 @@ class _Refinement:
     best: Refined | None = None
     rounds: int = 0
     _asked: Scene = field(init=False)
-    _cushions: dict[PairClass, float] = field(init=False)
+    _margins: dict[PairClass, float] = field(init=False)
     _price: float = field(init=False)
     _points: tuple[ArmSolution, ...] = field(init=False)
-    _safe: Look | None = None  # kept all distances at the samples; the way down must not lose that for good
+    _safe: Linearisation | None = None  # kept all distances at the samples; the way down must not lose that for good
 
     def __post_init__(self) -> None:
         self._asked, self._points, self._price = self.scene, self.start, price_of(self.scene.cell)
-        self._cushions = dict.fromkeys(PairClass, CUSHION)
+        self._margins = dict.fromkeys(PairClass, MARGIN)
 
-    def descended(self, worth: float, ends: Sequence[Sequence[ArmSolution]]) -> Look:
+    def descended(self, worth: float, ends: Sequence[Sequence[ArmSolution]]) -> Linearisation:
         """Where the next descent ends."""
-        terms = Terms(self._asked, self._cushions, self._price, worth, self.deadline, ends, self.beat)
+        terms = Terms(self._asked, self._margins, self._price, worth, self.deadline, ends, self.beat)
         seen = terms.seen(self._points)
         if self._safe is None and self.best is None and seen.lack <= 0.0:
             self._safe = seen
@@ -129,7 +129,7 @@ class _Refinement:
         self.rounds += used
         return here
 
-    def goes_on_from(self, here: Look) -> bool:
+    def goes_on_from(self, here: Linearisation) -> bool:
         """Get ready for another descent; False where there is none to be made."""
         if here.objective > self.beat:
             return False
@@ -145,7 +145,7 @@ class _Refinement:
         self._price *= DEARER
         return True
 
-    def _is_lost(self, here: Look) -> bool:
+    def _is_lost(self, here: Linearisation) -> bool:
         """True where a violation is too large to be mended, or does not end although it got dearer."""
         dearer = self._price > price_of(self.scene.cell)
         return here.lack > HOPELESS or (self.best is None and here.lack > NEARLY and dearer)
@@ -162,7 +162,7 @@ class _Refinement:
         """What the full check found missing between the samples."""
         for found in clearance.classes:
             if not found.clear:
-                self._cushions[found.kind] += 1.2 * (found.required - found.distance) + CUSHION
+                self._margins[found.kind] += 1.2 * (found.required - found.distance) + MARGIN
         self._asked = _with_worst_limit(self._asked, clearance)
         closer = _with_breaks(self._asked, clearance, self._points)
         from_here = [points for points in (self._points, self.start) if closer and _is_followed(closer, points)]
@@ -172,7 +172,7 @@ class _Refinement:
             self._asked = _away_from_singularities(self._asked, clearance, self._points)
 
 
-def _judged(scene: Scene, here: Look, rounds: int) -> Refined:
+def _judged(scene: Scene, here: Linearisation, rounds: int) -> Refined:
     """A layout that nearly holds everything, after the full check of its path."""
     clearance = scene.certify(here.points)
     lack = max(scene.tie_lack(here.points), scene.floor_lack(here.points))

@@ -17,8 +17,8 @@ from duocell.optimizer.verification.scene import Scene
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Look:
-    """A layout that was looked at.
+class Linearisation:
+    """A layout with its figures, and what is near to be violated as linear rows.
 
     Attributes:
         points: one per arm. objective: E. rows: of all that is near to be violated.
@@ -38,12 +38,14 @@ class Look:
         return self.rows.lack
 
 
-def look(scene: Scene, unknowns: Unknowns, points: Sequence[ArmSolution], cushions: Mapping[PairClass, float]) -> Look:
+def linearise(
+    scene: Scene, unknowns: Unknowns, points: Sequence[ArmSolution], margins: Mapping[PairClass, float]
+) -> Linearisation:
     """Measure a layout and linearise what is near to be violated.
 
     Args:
         scene: the cell. unknowns: its layouts'. points: one per arm.
-        cushions: m, what to ask for beyond the required distance of a class.
+        margins: m, what to ask for beyond the required distance of a class.
     """
     bases = scene.bases(points)
     samples = sample_path(scene.cell, scene.path, bases, points, (*scene.between, *followed_dips(scene, points)))
@@ -57,6 +59,6 @@ def look(scene: Scene, unknowns: Unknowns, points: Sequence[ArmSolution], cushio
     add_ties(rows, scene, points)
     if scene.model is not None:
         places = scene.model.configure(bases, samples.joints, samples.objects, samples.segments)
-        add_contacts(rows, scene, places, bases, cushions)
+        add_contacts(rows, scene, places, bases, margins)
     at_poses = tuple(Directions(ways.by_base[samples.poses], ways.by_spare[samples.poses]) for ways in along)
-    return Look(tuple(points), scene.objective(points), rows.rows(), at_poses, samples.followed)
+    return Linearisation(tuple(points), scene.objective(points), rows.rows(), at_poses, samples.followed)

@@ -13,7 +13,7 @@ from duocell.models.cell.surroundings import Clearances
 from duocell.models.kinematics.branches import signs_of
 from duocell.models.kinematics.closed_form import closed_form
 from duocell.optimizer.nlp.program import ArmSolution
-from duocell.optimizer.sqp.look import look
+from duocell.optimizer.sqp.linearisation import linearise
 from duocell.optimizer.sqp.manifold import Unknowns, move
 from duocell.optimizer.verification.scene import Scene
 from tests.support.given.cells import beam_pair
@@ -48,16 +48,16 @@ def case():
 def agreement(scene, points, order) -> tuple[int, float]:
     """Number of slopes compared, and the share of them that agree with differences of the values.
 
-    ``order`` puts the values of a look into an order in which rows can be told apart beside it.
+    ``order`` puts the values of a linearisation into an order in which rows can be told apart beside it.
     """
     unknowns = Unknowns.of(scene.cell)
-    here = look(scene, unknowns, points, {})
+    here = linearise(scene, unknowns, points, {})
     slopes = here.rows.gradients[order(here.rows.values)]
     fine = []
     for column in range(unknowns.count):
         step = STEP * np.eye(unknowns.count)[column]
         sides = [move(scene.cell, points, here.along, unknowns, sign * step)[0] for sign in (1.0, -1.0)]
-        values = [look(scene, unknowns, side, {}).rows.values for side in sides]
+        values = [linearise(scene, unknowns, side, {}).rows.values for side in sides]
         plus, minus = (v[order(v)] for v in values)
         expected = (plus - minus) / (2.0 * STEP)
         fine.append(np.abs(slopes[:, column] - expected) < 5e-3 * np.maximum(1.0, np.abs(expected)))
@@ -75,7 +75,7 @@ def test_slopes_of_joints_floor_and_couplings_are_those_of_the_values(case, monk
 def test_slopes_of_distances_are_those_of_the_values(case, monkeypatch):
     monkeypatch.setattr("duocell.optimizer.sqp.cell_rows.NEAR", 50.0)
     monkeypatch.setattr("duocell.optimizer.sqp.cell_rows.MOST_ROWS", 10_000)
-    monkeypatch.setattr("duocell.optimizer.sqp.look.add_joint_rows", lambda *given: None)
+    monkeypatch.setattr("duocell.optimizer.sqp.linearisation.add_joint_rows", lambda *given: None)
     scene, points = case
     count, share = agreement(scene, points, lambda values: np.argsort(values, kind="stable"))
     assert count > 5000
@@ -84,7 +84,7 @@ def test_slopes_of_distances_are_those_of_the_values(case, monkeypatch):
 
 def test_lack_is_the_worst_of_all(case):
     scene, points = case
-    here = look(scene, Unknowns.of(scene.cell), points, {})
+    here = linearise(scene, Unknowns.of(scene.cell), points, {})
     assert here.followed
     assert here.lack == pytest.approx(max(here.rows.required - here.rows.values))
     assert here.lack >= scene.contact_lacks([points])[0] - 1e-9
@@ -92,11 +92,11 @@ def test_lack_is_the_worst_of_all(case):
     assert here.lack >= scene.floor_lack(points) - 1e-9
 
 
-def test_cushions_raise_what_is_required(case):
+def test_margins_raise_what_is_required(case):
     scene, points = case
     unknowns = Unknowns.of(scene.cell)
-    plain = look(scene, unknowns, points, {})
-    soft = look(scene, unknowns, points, dict.fromkeys(scene.model.kinds, 0.01))
+    plain = linearise(scene, unknowns, points, {})
+    soft = linearise(scene, unknowns, points, dict.fromkeys(scene.model.kinds, 0.01))
     raised = soft.rows.required - plain.rows.required
     assert np.max(raised) == pytest.approx(0.01)
     assert set(np.round(raised, 12)) == {0.0, 0.01}

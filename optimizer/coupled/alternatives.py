@@ -17,7 +17,7 @@ from duocell.optimizer.coupled.refinements import Terms
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import ReducedProblem
 from duocell.optimizer.sqp.nearby import nearby
-from duocell.optimizer.sqp.refine import price_of, refine
+from duocell.optimizer.sqp.refine import penalty_of, refine
 from duocell.optimizer.verification.scene import Scene
 
 APART, ELSEWHERE = 0.3, 6
@@ -35,7 +35,7 @@ def look_elsewhere(scene: Scene, search: CoupledSearch, problems: Sequence[Reduc
         layouts, tried = sample_layouts(followed, 1.0, terms.settings.seed, replace(FULL, worth=np.inf))
         starts += starts_of(followed, layouts, ELSEWHERE * wanted, OTHERS, APART)
         search.candidates += tried
-    starts.sort(key=lambda start: (not start.clean, start.score(price_of(scene.cell))))
+    starts.sort(key=lambda start: (not start.clean, start.score(penalty_of(scene.cell))))
     tried_points: list[Sequence[ArmSolution]] = [one.points for one in search.found]
     for start in starts:
         if len(search.found) > wanted or len(tried_points) > ELSEWHERE * wanted:

@@ -16,7 +16,7 @@ from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.nlp.solve import SolveStatus
 from duocell.optimizer.settings import Settings
 from duocell.optimizer.sqp.nearby import nearby
-from duocell.optimizer.sqp.refine import Refined, price_of, refine
+from duocell.optimizer.sqp.refine import Refined, penalty_of, refine
 from duocell.optimizer.verification.scene import LIMITS, Scene
 
 TRIED = 6
@@ -73,7 +73,7 @@ def first_usable(scene: Scene, search: CoupledSearch, starts: Sequence[Start]) -
 def refine_all(scene: Scene, search: CoupledSearch, starts: Sequence[Start], terms: Terms) -> None:
     """Refine what can lead to something better than what is known, until `IDLE` starts in a row did not."""
     idle = IDLE if terms.settings.alternatives == 0 else len(starts)
-    price, in_vain = price_of(scene.cell), 0
+    penalty, in_vain = penalty_of(scene.cell), 0
     ends: list[Refined] = []
     clean_ones: list[Refined] = []
     for number, start in enumerate(starts):
@@ -82,7 +82,7 @@ def refine_all(scene: Scene, search: CoupledSearch, starts: Sequence[Start], ter
             return
         if in_vain >= idle:
             return
-        if not _promising(clean_ones, search, start, price):
+        if not _promising(clean_ones, search, start, penalty):
             continue
         terms.report("refining", number / len(starts))
         known = search.best
@@ -112,7 +112,7 @@ def _is_better(search: CoupledSearch, refined: Refined, known: Refined) -> bool:
     return search.best is refined and not refined.objective > (1.0 - SAME_COST) * known.objective
 
 
-def _promising(refined: Sequence[Refined], search: CoupledSearch, start: Start, price: float) -> bool:
+def _promising(refined: Sequence[Refined], search: CoupledSearch, start: Start, penalty: float) -> bool:
     """False for starts that are far worse than the best layout, or next to a refined one that they do not better."""
     if search.best is None:
         return True

@@ -51,7 +51,7 @@ class Terms:
 
     Attributes:
         scene: the cell. margins: m, what to ask for beyond the required distance of a class.
-        price: cost of a metre or radian of violation, in units of E.
+        penalty: cost of a metre or radian of violation, in units of E.
         worth: relative fall of the merit below which a round was the last one.
         deadline: `time.perf_counter` value, soft.
         ends: layouts that are known; a descent that comes into the basin of one of them ends.
@@ -60,7 +60,7 @@ class Terms:
 
     scene: Scene
     margins: Mapping[PairClass, float]
-    price: float
+    penalty: float
     worth: float
     deadline: float
     ends: Sequence[Sequence[ArmSolution]]
@@ -73,7 +73,7 @@ class Terms:
 
     def merit(self, at: Linearisation) -> float:
         """E with the violation made dear."""
-        return at.objective + self.price * max(at.lack, 0.0)
+        return at.objective + self.penalty * max(at.lack, 0.0)
 
     def seen(self, points: Sequence[ArmSolution]) -> Linearisation:
         """What a layout is like."""
@@ -154,7 +154,7 @@ class _Descent:
         step, moved, straight = self._step(model, here.rows, bounds)
         if step is None or moved is None:
             return None
-        promised = terms.price * (max(here.lack, 0.0) - step.slack) - model.change(step.step)
+        promised = terms.penalty * (max(here.lack, 0.0) - step.slack) - model.change(step.step)
         if promised <= self._least and not straight:
             return None
         there = terms.seen(moved)
@@ -162,9 +162,9 @@ class _Descent:
             return None
         gained = self._merit - terms.merit(there)
         if gained < POOR * promised and there.lack > max(here.lack, 0.0):
-            bent = self._corrected(there, model, step, bounds)
-            if bent is not None and self._merit - terms.merit(bent) > gained:
-                there, gained = bent, self._merit - terms.merit(bent)
+            corrected = self._corrected(there, model, step, bounds)
+            if corrected is not None and self._merit - terms.merit(corrected) > gained:
+                there, gained = corrected, self._merit - terms.merit(corrected)
         return _Trial(there, gained, promised)
 
     def take(self, trial: _Trial) -> None:
@@ -208,7 +208,7 @@ class _Descent:
         """
         terms, here = self.terms, self.here
         for count in range(NEARER + 1):
-            step = best_step(model, rows, *bounds, terms.price)
+            step = best_step(model, rows, *bounds, terms.penalty)
             if step is None:
                 break
             moved, missing = move(terms.scene.cell, here.points, here.along, terms.unknowns, step.step)

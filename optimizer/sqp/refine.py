@@ -32,11 +32,11 @@ DIPS = 5
 """How often a path that dips between its samples is sent back with more margin."""
 FARTHER, SINGULAR = 2.0, 5e-3
 """Factor on the smallest conditioning of an arm that loses its way, and what is asked for at least."""
-PRICE, DEARER = 100.0, 10.0
+PENALTY, DEARER = 100.0, 10.0
 """Cost of a metre or radian of violation, per pose and unit of weight; and how much dearer it gets where that is too
 little to end a violation."""
 SAFE = 100.0
-"""Factor on the price at which a descent that lost a layout without violation is tried once more from there."""
+"""Factor on the penalty at which a descent that lost a layout without violation is tried once more from there."""
 NEARLY, HOPELESS = 1e-3, 0.03
 """m or rad; what violates less is worth the full check, what violates more is given up."""
 
@@ -59,10 +59,10 @@ class Refined:
     rounds: int
 
 
-def price_of(cell: Cell) -> float:
+def penalty_of(cell: Cell) -> float:
     """Cost of a metre or radian of violation, in units of E."""
     weights = [arm.weight_scale for arm in cell.arms]
-    return PRICE * cell.task.total_weight * sum(weights) / len(weights)
+    return PENALTY * cell.task.total_weight * sum(weights) / len(weights)
 
 
 def refine(
@@ -111,17 +111,17 @@ class _Refinement:
     rounds: int = 0
     _asked: Scene = field(init=False)
     _margins: dict[PairClass, float] = field(init=False)
-    _price: float = field(init=False)
+    _penalty: float = field(init=False)
     _points: tuple[ArmSolution, ...] = field(init=False)
     _safe: Linearisation | None = None  # kept all distances at the samples; the way down must not lose that for good
 
     def __post_init__(self) -> None:
-        self._asked, self._points, self._price = self.scene, self.start, price_of(self.scene.cell)
+        self._asked, self._points, self._penalty = self.scene, self.start, penalty_of(self.scene.cell)
         self._margins = dict.fromkeys(PairClass, MARGIN)
 
     def descended(self, worth: float, ends: Sequence[Sequence[ArmSolution]]) -> Linearisation:
         """Where the next descent ends."""
-        terms = Terms(self._asked, self._margins, self._price, worth, self.deadline, ends, self.beat)
+        terms = Terms(self._asked, self._margins, self._penalty, worth, self.deadline, ends, self.beat)
         seen = terms.seen(self._points)
         if self._safe is None and self.best is None and seen.lack <= 0.0:
             self._safe = seen
@@ -142,20 +142,20 @@ class _Refinement:
                 return False
             if self.best.clearance is not None:
                 self._ask_for_more(self.best.clearance)
-        self._price *= DEARER
+        self._penalty *= DEARER
         return True
 
     def _is_lost(self, here: Linearisation) -> bool:
         """True where a violation is too large to be mended, or does not end although it got dearer."""
-        dearer = self._price > price_of(self.scene.cell)
+        dearer = self._penalty > penalty_of(self.scene.cell)
         return here.lack > HOPELESS or (self.best is None and here.lack > NEARLY and dearer)
 
     def _is_safer(self) -> bool:
         """Begin anew at the layout that lacked nothing, with violations much dearer; False where that was done."""
-        price = SAFE * price_of(self.scene.cell)
-        if self._safe is None or self.best is not None or self._price >= price:
+        penalty = SAFE * penalty_of(self.scene.cell)
+        if self._safe is None or self.best is not None or self._penalty >= penalty:
             return False
-        self._points, self._price = self._safe.points, price
+        self._points, self._penalty = self._safe.points, penalty
         return True
 
     def _ask_for_more(self, clearance: PathClearance) -> None:

@@ -33,12 +33,12 @@ class Step:
     slack: float
 
 
-def best_step(model: Quadratic, rows: LinearRows, lower: Floats, upper: Floats, price: float) -> Step | None:
+def best_step(model: Quadratic, rows: LinearRows, lower: Floats, upper: Floats, penalty: float) -> Step | None:
     """The step that is best for the model, the rows and the bounds.
 
     Args:
         model: of the objective. rows: to be kept. lower: (C,) bounds of the step. upper: likewise.
-        price: cost of a unit of slack.
+        penalty: cost of a unit of slack.
 
     Returns:
         The step, or None where the solver finds none.
@@ -56,7 +56,7 @@ def best_step(model: Quadratic, rows: LinearRows, lower: Floats, upper: Floats, 
     solver.settings.max_iter = ITERATIONS
     solver.setup(
         curvature,
-        np.append(model.gradient, price) / scale,
+        np.append(model.gradient, penalty) / scale,
         G=gradients,
         h_l=rows.required - rows.values,
         x_l=np.append(lower, 0.0),

@@ -41,9 +41,9 @@ class Start:
         """True if it keeps everything at the poses."""
         return self.lack <= LIMITS
 
-    def score(self, price: float) -> float:
+    def score(self, penalty: float) -> float:
         """E with the shortfall made dear."""
-        return self.objective + price * max(self.lack, 0.0)
+        return self.objective + penalty * max(self.lack, 0.0)
 
 
 def starts_of(followed: Followed, layouts: Layouts, clean: int, others: int, apart: float = APART) -> list[Start]:

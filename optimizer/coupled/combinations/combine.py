@@ -16,7 +16,7 @@ from duocell.optimizer.monitoring.watch import check_stop
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import ReducedProblem
 from duocell.optimizer.sqp.nearby import nearby
-from duocell.optimizer.sqp.refine import price_of
+from duocell.optimizer.sqp.refine import penalty_of
 from duocell.optimizer.verification.scene import LIMITS, Scene
 
 BEAM = 600
@@ -47,9 +47,9 @@ class Combination:
     objective: float
     lack: float
 
-    def score(self, price: float) -> float:
+    def score(self, penalty: float) -> float:
         """E with the shortfall made dear."""
-        return self.objective + price * max(self.lack, 0.0)
+        return self.objective + penalty * max(self.lack, 0.0)
 
 
 def combine(
@@ -66,8 +66,8 @@ def combine(
         effort: how many times as many combinations to look at as in the first round.
         deadline: `time.perf_counter` value, soft.
     """
-    price = price_of(scene.cell)
-    candidates = _beam(scene.cell, pools, problems, price, BEAM * effort)
+    penalty = penalty_of(scene.cell)
+    candidates = _beam(scene.cell, pools, problems, penalty, BEAM * effort)
     return look_through(scene, _order(candidates, LOOKED_AT * effort), deadline)
 
 
@@ -78,11 +78,13 @@ def look_through(scene: Scene, ordered: Sequence[tuple[Member, ...]], deadline: 
         scene: the cell. ordered: layouts, the most promising first; the last ones are left out once `ENOUGH` are clean.
         deadline: `time.perf_counter` value, soft.
     """
-    price = price_of(scene.cell)
+    penalty = penalty_of(scene.cell)
     looked: list[Combination] = []
     for at in range(0, len(ordered), BATCH):
         check_stop()
-        looked = _distinct(sorted([*looked, *_checked(scene, ordered[at : at + BATCH])], key=lambda c: c.score(price)))
+        looked = _distinct(
+            sorted([*looked, *_checked(scene, ordered[at : at + BATCH])], key=lambda c: c.score(penalty))
+        )
         if sum(one.lack <= LIMITS for one in looked) >= ENOUGH or time.perf_counter() > deadline:
             break
     return looked
@@ -113,7 +115,7 @@ def _beam(
     cell: Cell,
     pools: Sequence[Pool],
     problems: Sequence[ReducedProblem | None],
-    price: float,
+    penalty: float,
     width: int,
 ) -> list[tuple[Member, ...]]:
     """Combinations by the sum of their members' scores, couplings kept or made dear; arms are added one by one."""
@@ -127,18 +129,18 @@ def _beam(
                 anywhere = [(member,) for member in pools[0].usable[:: max(1, len(pools[0].usable) // MOST_TIED)]]
                 grown += tied(cell.arms[index], ties, anywhere, pool.representatives(1), problems[index])
         else:
-            grown = _sums(partial, pool.members, price, width)
-        scores = np.array([sum(member.score(price) for member in members) for members in grown])
+            grown = _sums(partial, pool.members, penalty, width)
+        scores = np.array([sum(member.score(penalty) for member in members) for members in grown])
         partial = [grown[i] for i in np.argsort(scores, kind="stable")[:width]]
     return partial
 
 
 def _sums(
-    partial: list[tuple[Member, ...]], pool: Sequence[Member], price: float, width: int
+    partial: list[tuple[Member, ...]], pool: Sequence[Member], penalty: float, width: int
 ) -> list[tuple[Member, ...]]:
     """The ``width`` best of all pairs of a partial combination and a member."""
-    first = np.array([sum(member.score(price) for member in members) for members in partial])
-    second = np.array([member.score(price) for member in pool])
+    first = np.array([sum(member.score(penalty) for member in members) for members in partial])
+    second = np.array([member.score(penalty) for member in pool])
     total: Floats = first[:, None] + second
     best = np.argsort(total, axis=None, kind="stable")[:width]
     return [(*partial[i // len(pool)], pool[i % len(pool)]) for i in map(int, best)]

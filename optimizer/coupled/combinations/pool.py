@@ -19,7 +19,7 @@ from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.box import search_box, spread
 from duocell.optimizer.reduction.reduced import ReducedProblem, conditioning_shortfall, evaluate
 from duocell.optimizer.single_arm.redundant.varied_paths import varied_paths
-from duocell.optimizer.sqp.refine import price_of
+from duocell.optimizer.sqp.refine import penalty_of
 from duocell.optimizer.verification.scene import Scene, alone_scene, own_lacks, world_yaw
 from duocell.optimizer.verification.verify import check
 
@@ -53,9 +53,9 @@ class Member:
     objective: float
     lack: float
 
-    def score(self, price: float) -> float:
+    def score(self, penalty: float) -> float:
         """E with the shortfall made dear."""
-        return self.objective + price * max(self.lack, 0.0)
+        return self.objective + penalty * max(self.lack, 0.0)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -92,17 +92,17 @@ def pool_of(scene: Scene, index: int, problem: ReducedProblem | None, round_: in
     """
     arm = scene.cell.arms[index]
     alone = alone_scene(scene.cell, arm)
-    price = price_of(scene.cell)
+    penalty = penalty_of(scene.cell)
     if problem is not None:
         found, evaluated = _reduced_points(scene.cell, arm, problem, round_, seed)
     else:
         found, evaluated = _general_points(scene.cell, arm, seed + round_, deadline)
     wide = WIDER if scene.cell.couplings else 1  # ties leave few members where they are
     most, count = wide * KEPT * 2**round_, wide * LOOKED_AT * 2**round_
-    look = _Look(alone, most, count, APART / wide**0.5, price, deadline)
+    look = _Look(alone, most, count, APART / wide**0.5, penalty, deadline)
     rest = found[count:]
     members = look(found) or look(rest[:: max(1, len(rest) // count)])  # the best may all stand in something
-    members.sort(key=lambda member: member.score(price))
+    members.sort(key=lambda member: member.score(penalty))
     return Pool(members[:most], [Member(point, objective, 0.0) for objective, point in found], evaluated)
 
 
@@ -112,14 +112,14 @@ class _Look:
 
     Attributes:
         alone: the arm. most: members wanted. count: candidates looked at. apart: m, see `APART`.
-        price: of a metre. deadline: `time.perf_counter` value, soft.
+        penalty: of a metre. deadline: `time.perf_counter` value, soft.
     """
 
     alone: Scene
     most: int
     count: int
     apart: float
-    price: float
+    penalty: float
     deadline: float
 
     def __call__(self, found: Sequence[tuple[float, ArmSolution]]) -> list[Member]:
@@ -138,7 +138,7 @@ class _Look:
             for (objective, point), lack in zip(batch, lacks, strict=True):
                 if lack <= REPAIRABLE:
                     crowd.add(Member(point, objective, lack))
-                    insort(scores, crowd.members[-1].score(self.price))
+                    insort(scores, crowd.members[-1].score(self.penalty))
         return crowd.members
 
 

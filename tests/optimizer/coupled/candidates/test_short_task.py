@@ -26,7 +26,7 @@ from tests.support.given.arms import make_arm, region
 MANY = 240
 
 
-def bent(count: int = MANY) -> Task:
+def corrected(count: int = MANY) -> Task:
     """Along x, then up, then along y, with a turn on the last stretch; evenly in time."""
     corners = np.array([[0.0, 0.0, 0.5], [0.4, 0.0, 0.5], [0.4, 0.0, 0.8], [0.4, 0.4, 0.8]])
     at = np.linspace(0.0, 3.0, count)
@@ -41,7 +41,7 @@ def cell(task: Task, **more) -> Cell:
 
 
 def test_poses_at_corners_are_kept_and_weights_stay_where_they_are():
-    task = bent()
+    task = corrected()
     poses, short = shortened(task, 20)
     assert len(poses) < 45
     assert {0, MANY - 1} <= set(poses.tolist())
@@ -53,7 +53,7 @@ def test_poses_at_corners_are_kept_and_weights_stay_where_they_are():
 
 
 def test_a_dwell_keeps_its_weight_and_reversal_keeps_the_choice():
-    dwell = np.concatenate([bent(100).poses, np.repeat(bent(100).poses[-1:], 140, axis=0)])
+    dwell = np.concatenate([corrected(100).poses, np.repeat(corrected(100).poses[-1:], 140, axis=0)])
     poses, short = shortened(Task(dwell), 20)
     rested = np.linalg.norm(short.poses[:, :3, 3] - dwell[-1, :3, 3], axis=1) < 1e-9
     assert np.sum(short.weights[rested]) >= 140.0
@@ -63,7 +63,7 @@ def test_a_dwell_keeps_its_weight_and_reversal_keeps_the_choice():
 
 
 def test_segments_stay_apart():
-    task = replace(bent(), starts=(0, 1, 100), names=("a", "b", "c"))
+    task = replace(corrected(), starts=(0, 1, 100), names=("a", "b", "c"))
     poses, short = shortened(task, 20)
     assert short.names == ("a", "b", "c")
     assert [int(poses[start]) for start in short.starts] == [0, 1, 100]
@@ -71,7 +71,7 @@ def test_segments_stay_apart():
 
 
 def test_a_layout_is_carried_over_to_all_poses():
-    whole = cell(bent())
+    whole = cell(corrected())
     problem = reduced_problem(whole, whole.arms[0])
     assert problem is not None
     short = ShortTask.of(Scene.of(whole), [problem], 20)
@@ -88,11 +88,11 @@ def test_a_layout_is_carried_over_to_all_poses():
 
 
 def test_a_long_task_beside_an_obstacle_is_solved_on_all_its_poses():
-    free = cell(bent())
+    free = cell(corrected())
     alone = search_arm(free, free.arms[0], Settings(), np.inf)
     x, y, _ = alone.best.position
     block = Body("block", transform(np.eye(3), [x, y, 0.3]), Box(np.array([0.25, 0.25, 0.6])))
-    blocked = cell(bent(), surroundings=Surroundings((block,), clearances=Clearances(arm_obstacle=0.02)))
+    blocked = cell(corrected(), surroundings=Surroundings((block,), clearances=Clearances(arm_obstacle=0.02)))
     search = search_coupled(blocked, [search_arm(blocked, blocked.arms[0], Settings(), np.inf)], Settings(), np.inf)
     assert search.best is not None
     assert len(search.best.points[0].joints) == MANY

@@ -13,8 +13,8 @@ from duocell.optimizer.results.findings import Clearance, Tolerance
 from duocell.optimizer.results.placement import Placement
 from duocell.optimizer.settings import ToleranceSettings
 from duocell.optimizer.tolerance.displaced import Displaced
-from duocell.optimizer.tolerance.errors import error_samples
 from duocell.optimizer.tolerance.nominal import Nominal
+from duocell.optimizer.tolerance.perturbations import error_samples
 from duocell.optimizer.tolerance.sensitivity import sensitivity
 from duocell.optimizer.tolerance.words import break_between, first_break
 

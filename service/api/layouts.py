@@ -10,7 +10,7 @@ from fastapi.responses import JSONResponse, Response
 
 from duocell.service.api.ownership import client_of, not_found, only_client, own_layout, view_of
 from duocell.service.api.state import StateOf
-from duocell.service.common.moments import moment_of
+from duocell.service.common.timestamps import parse_timestamp
 from duocell.service.http.body import json_body
 from duocell.service.http.cursor import decode, encode
 from duocell.service.http.idempotency import idempotency_key
@@ -115,8 +115,8 @@ async def list_layouts(
         statuses=None if status is None else [JobStatus(one) for one in status],
         name=name,
         client=only_client(request, state),
-        created_after=moment_of("created_after", created_after),
-        created_before=moment_of("created_before", created_before),
+        created_after=parse_timestamp("created_after", created_after),
+        created_before=parse_timestamp("created_before", created_before),
     )
     jobs = await state.jobs.page(limit + 1, None if cursor is None else decode(cursor), chosen)
     following = encode(jobs[limit - 1].sequence) if len(jobs) > limit else None

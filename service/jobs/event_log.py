@@ -7,7 +7,7 @@ import json
 from datetime import UTC, datetime
 from typing import Any
 
-from duocell.service.common.moments import timestamp
+from duocell.service.common.timestamps import timestamp
 from duocell.service.jobs.job import JobEvent
 
 LAST = "done"

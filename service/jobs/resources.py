@@ -6,7 +6,7 @@ import json
 from datetime import datetime
 from typing import Any
 
-from duocell.service.common.moments import timestamp
+from duocell.service.common.timestamps import timestamp
 from duocell.service.jobs.job import Job, JobStatus
 from duocell.service.requests.accept import Accepted
 from duocell.service.results.older_results import completed

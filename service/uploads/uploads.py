@@ -15,8 +15,8 @@ from fastapi.concurrency import run_in_threadpool
 
 from duocell.models.catalogue import catalogue
 from duocell.service.common.issues import InvalidRequest, Issue, shortened
-from duocell.service.common.moments import timestamp
 from duocell.service.common.problems import Problem
+from duocell.service.common.timestamps import timestamp
 from duocell.service.library.library import Library
 from duocell.service.library.shelf import NAME, Shelf
 from duocell.service.library.user_mesh import UserMesh, mesh_document

@@ -1,4 +1,4 @@
-"""Moments in query parameters (RFC 3339)."""
+"""Timestamps in query parameters and documents (RFC 3339)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from duocell.service.common.issues import Issue
 from duocell.service.common.problems import Problem
 
 
-def moment_of(name: str, text: str | None) -> datetime | None:
+def parse_timestamp(name: str, text: str | None) -> datetime | None:
     """The moment that a parameter names, in UTC.
 
     Raises:

@@ -17,7 +17,7 @@ from duocell.models.robot.posture import ALL_SIGNS
 from duocell.optimizer.certificate.alone import AloneCheck
 from duocell.optimizer.certificate.bounds.box_bounds import LINEAR, PATH, SINGULAR, BoxBounder, BoxBounds
 from duocell.optimizer.certificate.bounds.boxes import Boxes
-from duocell.optimizer.certificate.bounds.obstacles import Tally
+from duocell.optimizer.certificate.bounds.infeasibility_causes import Tally
 from duocell.optimizer.certificate.bounds.region import MARGIN, Region, reachable_region
 from duocell.optimizer.certificate.exclusion.causes import LIMITS, REACH, SINGULARITY
 from duocell.optimizer.certificate.exclusion.causes import LINEAR as OF_SUMS

@@ -26,7 +26,7 @@ from duocell.models.base.kept import KEPT
 from duocell.models.robot.posture import ALL_SIGNS
 from duocell.optimizer.certificate.bounds.box_bounds import BoxBounder, BoxBounds
 from duocell.optimizer.certificate.bounds.boxes import Boxes
-from duocell.optimizer.certificate.bounds.obstacles import Tally
+from duocell.optimizer.certificate.bounds.infeasibility_causes import Tally
 from duocell.optimizer.certificate.bounds.region import MARGIN, THIN, reachable_region
 from duocell.optimizer.certificate.exclusion.conditioning import poorly_conditioned
 from duocell.optimizer.monitoring.events import Bounded
@@ -285,7 +285,7 @@ class BranchAndBound:
             infeasible=infeasible,
             boxes=self.boxes,
             wall_time=time.perf_counter() - self.started,
-            obstacles=self.tally.obstacles(),
+            causes=self.tally.causes(),
             found=self.found,
             note=note,
         )

@@ -112,7 +112,7 @@ def _prove_arm(cell: Cell, search: ArmSearch, settings: CertificateSettings) -> 
     proof = certify(search.problem, known, settings, tree=tree)
     if proof.infeasible:
         search.proved = True
-        search.reasons = explain_proof(cell, search.arm, proof.obstacles) + search.reasons
+        search.reasons = explain_proof(cell, search.arm, proof.causes) + search.reasons
     elif proof.found is not None:
         found = proof.found
         _take_over(cell, search, path_from(search.problem, found.position, found.signs), found.objective)
@@ -128,7 +128,7 @@ def _prove_drawing(cell: Cell, search: ArmSearch, meant: Nominal, settings: Cert
     proof = certify(problem, search.objective if search.best is not None else None, settings)
     if proof.infeasible:
         search.proved = True
-        search.reasons = explain_proof(cell, problem.arm, proof.obstacles) + search.reasons
+        search.reasons = explain_proof(cell, problem.arm, proof.causes) + search.reasons
     elif proof.found is not None:
         drawn = [(proof.found.objective, path_from(problem, proof.found.position, proof.found.signs))]
         for start in starts_from(cell, arm, meant, drawn, time.perf_counter() + PATIENCE):

@@ -20,7 +20,7 @@ from duocell.optimizer.reduction.layers import LayeredPath
 from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed, reduced_problem, seen_from
 from duocell.optimizer.reduction.screening import Candidate, screen
 from duocell.optimizer.results.layout import Reason
-from duocell.optimizer.results.proof import Obstacle
+from duocell.optimizer.results.proof import InfeasibilityCause
 
 FAR_OFF = 5.0
 """m; no arm, no tool and no shift of a base makes up for more: something is in other units or another frame."""
@@ -143,13 +143,13 @@ def name_segments(task: Task, reasons: tuple[Reason, ...]) -> tuple[Reason, ...]
     return tuple(named)
 
 
-def explain_proof(cell: Cell, arm: Arm, obstacles: tuple[Obstacle, ...]) -> tuple[Reason, ...]:
-    """What a proof of infeasibility met, the three largest obstacles; of a task sequence, first which segments are to
+def explain_proof(cell: Cell, arm: Arm, causes: tuple[InfeasibilityCause, ...]) -> tuple[Reason, ...]:
+    """What a proof of infeasibility met, the three largest causes; of a task sequence, first which segments are to
     blame.
     """
     reasons = list(explain_segments(cell, arm, 0)) if len(cell.task.starts) > 1 else []
-    for obstacle in obstacles[:3]:
-        joint = None if obstacle.joint is None else arm.robot.joint_names[obstacle.joint]
+    for cause in causes[:3]:
+        joint = None if cause.joint is None else arm.robot.joint_names[cause.joint]
         what = {
             "out_of_reach": "are out of reach",
             "joint_limit": f"need {joint} beyond its limits",
@@ -157,14 +157,14 @@ def explain_proof(cell: Cell, arm: Arm, obstacles: tuple[Obstacle, ...]) -> tupl
             "singularity": f"bring the wrist within {np.degrees(SINGULAR_WRIST):.3f}° of its singularity at {joint}",
             "linear_limit": f"need {linear_names(arm)} beyond its limits",
             "conditioning": f"leave a conditioning below {arm.min_conditioning}",
-        }[obstacle.kind]
+        }[cause.kind]
         detail = (
-            f"{arm.name}: proved impossible from every allowed base in any one posture; {_poses(obstacle.poses)} "
-            f"{what} in {100.0 * obstacle.share:.0f} % of all places and postures"
+            f"{arm.name}: proved impossible from every allowed base in any one posture; {_poses(cause.poses)} "
+            f"{what} in {100.0 * cause.share:.0f} % of all places and postures"
         )
-        sums = obstacle.kind == "linear_limit"
-        kind, joint = ("joint_limit", linear_names(arm)) if sums else (obstacle.kind, joint)
-        reasons.append(Reason(arm.name, kind, obstacle.poses, detail, joint))
+        sums = cause.kind == "linear_limit"
+        kind, joint = ("joint_limit", linear_names(arm)) if sums else (cause.kind, joint)
+        reasons.append(Reason(arm.name, kind, cause.poses, detail, joint))
     return tuple(reasons)
 
 

@@ -8,7 +8,7 @@ from duocell.models.base.arrays import Floats, set_frozen
 
 
 @dataclass(frozen=True, eq=False)
-class Obstacle:
+class InfeasibilityCause:
     """Something that rules out base positions on its own.
 
     Attributes:
@@ -67,7 +67,7 @@ class ArmProof:
         infeasible: True if no base in the region allows any path in one posture.
         boxes: boxes bounded.
         wall_time: s.
-        obstacles: what rules base positions out, largest share first.
+        causes: what rules base positions out, largest share first.
         found: the best usable path met, if it is better than the incumbent given.
         note: what a reader should know.
     """
@@ -79,7 +79,7 @@ class ArmProof:
     infeasible: bool
     boxes: int
     wall_time: float
-    obstacles: tuple[Obstacle, ...] = ()
+    causes: tuple[InfeasibilityCause, ...] = ()
     found: Incumbent | None = None
     note: str = ""
 

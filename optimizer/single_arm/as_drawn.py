@@ -93,7 +93,7 @@ def why_impossible(cell: Cell, arm: Arm, meant: Nominal, deadline: float) -> tup
         return ()
     limit, boxes = max(deadline - time.perf_counter(), 0.0), boxes_for(DECIDE_WORTH, len(cell.task))
     proof = certify(problem, None, CertificateSettings(1.0, limit, boxes))
-    return explain_proof(cell, problem.arm, proof.obstacles) if proof.infeasible else ()
+    return explain_proof(cell, problem.arm, proof.causes) if proof.infeasible else ()
 
 
 def what_is_bounded() -> str:

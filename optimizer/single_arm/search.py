@@ -238,7 +238,7 @@ def _decide(cell: Cell, search: ArmSearch, problem: ReducedProblem, deadline: fl
     proof = certify(problem, None, CertificateSettings(DECIDE_GAP, limit, boxes))
     if proof.infeasible:
         search.proved = True
-        search.reasons = explain_proof(cell, search.arm, proof.obstacles)
+        search.reasons = explain_proof(cell, search.arm, proof.causes)
     elif proof.found is not None and (proof.proved or not early):
         start = path_from(problem, proof.found.position, proof.found.signs)
         _keep(cell, search, _solve(cell, search, start, deadline), deadline)

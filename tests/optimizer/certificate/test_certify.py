@@ -169,7 +169,7 @@ def test_random_tasks_are_bounded_below_everything_a_search_finds(name):
             impossible += 1
             assert np.isinf(best)
             assert proof.lower_bound is None
-            assert proof.obstacles
+            assert proof.causes
         else:
             assert proof.lower_bound <= best * (1.0 + 1e-9)
         if proof.proved and not proof.infeasible:
@@ -241,13 +241,13 @@ def test_out_of_reach_is_proved_with_the_poses_to_blame():
     assert high.infeasible
     assert high.proved
     assert high.lower_bound is high.objective is high.gap is None
-    assert {o.kind for o in high.obstacles} == {"out_of_reach"}
-    assert high.obstacles[0].share == pytest.approx(1.0)
+    assert {o.kind for o in high.causes} == {"out_of_reach"}
+    assert high.causes[0].share == pytest.approx(1.0)
     one_far = line_problem().positions.copy()
     one_far[5] += [0.0, 0.0, 0.95]  # within reach of some bases for itself, not together with the others
     stray = certify(replace(line_problem(), positions=one_far), None, CertificateSettings(0.01, 20.0))
     assert stray.infeasible
-    reach = next(o for o in stray.obstacles if o.kind == "out_of_reach")
+    reach = next(o for o in stray.causes if o.kind == "out_of_reach")
     assert 5 in reach.poses
 
 
@@ -263,9 +263,9 @@ def test_a_joint_limit_that_makes_a_task_impossible_is_named():
     stiff = line_problem(tilt=tilt, height=0.5, lower=lower, upper=upper, reference=reference)
     proof = certify(stiff, None, CertificateSettings(0.02, 30.0))
     assert proof.infeasible
-    limits = [o for o in proof.obstacles if o.kind == "joint_limit"]
+    limits = [o for o in proof.causes if o.kind == "joint_limit"]
     assert limits[0].joint == 4
-    shares = [o.share for o in proof.obstacles]
+    shares = [o.share for o in proof.causes]
     assert all(a >= b for a, b in pairwise(shares))
 
 
@@ -279,8 +279,8 @@ def test_a_wrong_orientation_is_a_matter_of_joint_limits_not_of_reach():
     assert not up.infeasible
     assert down.proved
     assert down.infeasible
-    assert (down.obstacles[0].kind, down.obstacles[0].joint) == ("joint_limit", 4)
-    reach = [o.share for o in down.obstacles if o.kind == "out_of_reach"]
+    assert (down.causes[0].kind, down.causes[0].joint) == ("joint_limit", 4)
+    reach = [o.share for o in down.causes if o.kind == "out_of_reach"]
     assert sum(reach) < 0.9
 
 
@@ -335,7 +335,7 @@ def test_a_conditioning_that_no_base_keeps_is_proved_impossible():
     problem = reduced_problem(CELLS["line"], replace(CELLS["line"].arms[0], min_conditioning=0.6))
     proof = certify(problem, None, CertificateSettings(0.01, 100.0))
     assert proof.infeasible
-    kinds = {obstacle.kind: obstacle.share for obstacle in proof.obstacles}
+    kinds = {obstacle.kind: obstacle.share for obstacle in proof.causes}
     assert 0.0 < kinds["conditioning"] <= 1.0
 
 

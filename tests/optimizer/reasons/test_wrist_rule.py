@@ -112,6 +112,6 @@ def test_boxes_that_the_rule_excludes_are_told_as_singular_and_not_as_limits():
     problem = reduced_problem(Cell(Task(flange_poses(arm.robot, q)[0][None]), (arm,)), arm)
     proof = certify(problem, None, CertificateSettings(gap=1e-3, time_limit=60.0))
     assert proof.infeasible
-    kinds = {(obstacle.kind, obstacle.joint) for obstacle in proof.obstacles}
+    kinds = {(obstacle.kind, obstacle.joint) for obstacle in proof.causes}
     assert ("singularity", 4) in kinds
     assert ("joint_limit", 4) not in kinds

@@ -9,7 +9,7 @@ from duocell.optimizer.certificate.bounds.box_bounds import LIMIT, LINEAR, PATH,
 from duocell.optimizer.certificate.bounds.boxes import Boxes
 from duocell.optimizer.certificate.bounds.region import Region
 from duocell.optimizer.reduction.reduced import ReducedProblem
-from duocell.optimizer.results.proof import Obstacle
+from duocell.optimizer.results.proof import InfeasibilityCause
 
 CONDITIONING = LINEAR + 1
 _KINDS = {
@@ -61,10 +61,10 @@ class Tally:
         before, poses_before = self._shares.get((cause, joint), (0.0, np.zeros_like(poses)))
         self._shares[cause, joint] = before + share, poses_before + poses
 
-    def obstacles(self) -> tuple[Obstacle, ...]:
+    def causes(self) -> tuple[InfeasibilityCause, ...]:
         """All causes, largest share first."""
         found = [
-            Obstacle(_KINDS[cause], None if joint < 0 else joint, min(share, 1.0), np.minimum(poses, 1.0))
+            InfeasibilityCause(_KINDS[cause], None if joint < 0 else joint, min(share, 1.0), np.minimum(poses, 1.0))
             for (cause, joint), (share, poses) in self._shares.items()
         ]
-        return tuple(sorted(found, key=lambda obstacle: -obstacle.share))
+        return tuple(sorted(found, key=lambda cause: -cause.share))

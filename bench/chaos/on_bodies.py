@@ -13,7 +13,7 @@ from typing import Any
 from bench.chaos import bodies as sent
 from bench.chaos.server import Server, request, running
 from bench.chaos.trial import Finding, Setup
-from duocell.service.library.shelves import View
+from duocell.service.library.document_stores import View
 from duocell.service.requests.reading import Reader, read_evaluation, read_layout
 from duocell.service.settings import Limits
 

@@ -78,7 +78,7 @@ class Trial:
         self.folder, self.cpu = folder, cpu
         self.library = Library(folder)
         for name, document in meshes().items():
-            self.library.mesh_shelf.put(name, document)
+            self.library.mesh_store.put(name, document)
         self.executor = ProcessExecutor(1, folder, solve=alone_solve if cpu else noted_solve)
 
     async def attempt(self, seed: int) -> Record:

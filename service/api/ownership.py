@@ -7,8 +7,8 @@ from fastapi import Request
 from duocell.service.api.state import State
 from duocell.service.common.problems import Problem
 from duocell.service.jobs.job import Job, is_job_id
+from duocell.service.library.document_stores import View
 from duocell.service.library.library import Library
-from duocell.service.library.shelves import View
 
 
 def client_of(request: Request) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from duocell.models.base.errors import InvalidInput
 
 MOST_SHOWN = 20
-"""Issues listed in one answer; a request with thousands of bad poses needs no thousands of sentences."""
+"""IssueCollector listed in one answer; a request with thousands of bad poses needs no thousands of sentences."""
 
 
 MOST_OF_A_NAME = 200
@@ -61,7 +61,7 @@ class InvalidRequest(Exception):
 class _Place:
     """A context that turns `InvalidInput` into an issue."""
 
-    def __init__(self, issues: Issues, pointer: str, renamed: Mapping[str, str]) -> None:
+    def __init__(self, issues: IssueCollector, pointer: str, renamed: Mapping[str, str]) -> None:
         self._issues = issues
         self._pointer = pointer
         self._renamed = renamed
@@ -77,7 +77,7 @@ class _Place:
         return True
 
 
-class Issues:
+class IssueCollector:
     """Collects issues, so that a request is answered with all of them and not with the first."""
 
     def __init__(self) -> None:

@@ -17,8 +17,8 @@ from duocell.models.base.errors import InvalidInput, UnknownMesh
 from duocell.models.catalogue.links import LinkBody
 from duocell.models.geometry.shapes import ConvexHull
 from duocell.models.robot.robot import Robot
-from duocell.service.library.shelf import Shelf
-from duocell.service.library.shelves import Shelves, View
+from duocell.service.library.document_store import DocumentStore
+from duocell.service.library.document_stores import DocumentStores, View
 from duocell.service.library.user_mesh import UserMesh, mesh_from_document
 from duocell.service.library.user_robot import UserRobot, from_document
 
@@ -40,7 +40,7 @@ class Library:
 
     def __init__(self, data_dir: Path, *, given: Mapping[str, UserRobot] | None = None, deleted: bool = False) -> None:
         self._view = View(data_dir)
-        self._robots, self._meshes = Shelves(data_dir / "robots"), Shelves(data_dir / "meshes")
+        self._robots, self._meshes = DocumentStores(data_dir / "robots"), DocumentStores(data_dir / "meshes")
         self._given = dict(given or {})
         self._deleted = deleted
 
@@ -56,17 +56,17 @@ class Library:
         return self._view.everything
 
     @property
-    def robot_shelf(self) -> Shelf:
+    def robot_store(self) -> DocumentStore:
         """Where robots are kept that its user brings."""
         return self._robots.of(self._view.brings_for)
 
     @property
-    def mesh_shelf(self) -> Shelf:
+    def mesh_store(self) -> DocumentStore:
         """Where meshes are kept that its user brings."""
         return self._meshes.of(self._view.brings_for)
 
     def forget(self, age: float) -> None:
-        """Remove what anybody deleted more than ``age`` s ago; see `Shelf.forget`."""
+        """Remove what anybody deleted more than ``age`` s ago; see `DocumentStore.forget`."""
         self._robots.forget(age)
         self._meshes.forget(age)
 
@@ -104,11 +104,11 @@ class Library:
 
     def names(self) -> list[str]:
         """Names of all robots, sorted."""
-        return sorted({*self._given, *(name for shelf in self._robots.seen_by(self._view) for name in shelf.names())})
+        return sorted({*self._given, *(name for store in self._robots.seen_by(self._view) for name in store.names())})
 
     def mesh_ids(self) -> list[str]:
         """Identifiers of all meshes, sorted."""
-        return sorted({name for shelf in self._meshes.seen_by(self._view) for name in shelf.names()})
+        return sorted({name for store in self._meshes.seen_by(self._view) for name in store.names()})
 
     def version(self, name: str) -> str | None:
         """Version of the robot that goes by a name at present, or None if there is none."""
@@ -118,28 +118,28 @@ class Library:
     def user_robot(self, name: str) -> UserRobot | None:
         """A robot with all that belongs to it, or None."""
         bare, _, version = name.partition("@")
-        shelves = self._robots.seen_by(self._view)
-        kept = (_kept(shelf.path(bare), from_document) for shelf in shelves)
+        stores = self._robots.seen_by(self._view)
+        kept = (_kept(store.path(bare), from_document) for store in stores)
         for found in (self._given.get(bare), *kept):
             if found is not None and version in ("", found.version):
                 return found
-        aside = (shelf.aside(bare, version) for shelf in shelves if version and self._deleted)
-        return next((found for path in aside if (found := _kept(path, from_document))), None)
+        tombstones = (store.tombstone(bare, version) for store in stores if version and self._deleted)
+        return next((found for path in tombstones if (found := _kept(path, from_document))), None)
 
     def user_mesh(self, mesh_id: str) -> UserMesh | None:
         """A mesh with all that belongs to it, or None."""
-        shelves = self._meshes.seen_by(self._view)
-        paths = [shelf.path(mesh_id) for shelf in shelves]
-        paths += [shelf.aside(mesh_id, mesh_id) for shelf in shelves if self._deleted]
+        stores = self._meshes.seen_by(self._view)
+        paths = [store.path(mesh_id) for store in stores]
+        paths += [store.tombstone(mesh_id, mesh_id) for store in stores if self._deleted]
         return next((found for path in paths if (found := _kept(path, mesh_from_document))), None)
 
-    def shelf_of_robot(self, name: str) -> Shelf | None:
+    def store_of_robot(self, name: str) -> DocumentStore | None:
         """Where a robot is kept; None if it is not there."""
-        return next((shelf for shelf in self._robots.seen_by(self._view) if shelf.path(name)), None)
+        return next((store for store in self._robots.seen_by(self._view) if store.path(name)), None)
 
-    def shelf_of_mesh(self, mesh_id: str) -> Shelf | None:
+    def store_of_mesh(self, mesh_id: str) -> DocumentStore | None:
         """Where a mesh is kept; None if it is not there."""
-        return next((shelf for shelf in self._meshes.seen_by(self._view) if shelf.path(mesh_id)), None)
+        return next((store for store in self._meshes.seen_by(self._view) if store.path(mesh_id)), None)
 
 
 class _Robots(Mapping[str, Robot]):

@@ -17,8 +17,8 @@ from duocell.models.kinematics.kinematics import flange_poses, reach
 from duocell.models.robot.robot import Robot
 from duocell.models.robot.robot_frames import RobotFrame
 from duocell.service.common.numbers import finite
+from duocell.service.library.document_store import NAME
 from duocell.service.library.library import Library
-from duocell.service.library.shelf import NAME
 from duocell.service.library.user_robot import UserRobot, chain_document
 
 _loading = threading.Lock()

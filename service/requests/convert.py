@@ -9,7 +9,7 @@ import numpy as np
 from duocell.models.base.arrays import Floats
 from duocell.models.cell.cell import Cell
 from duocell.optimizer.settings import CertificateSettings, Settings, ToleranceSettings
-from duocell.service.common.issues import Issues
+from duocell.service.common.issues import IssueCollector
 from duocell.service.library.library import Library
 from duocell.service.requests.convert_arm import arm_of
 from duocell.service.requests.convert_coupling import couplings_of
@@ -30,7 +30,7 @@ def cell_of(request: LayoutRequest, library: Library | None = None) -> Cell:
     Raises:
         InvalidRequest: with everything that is wrong with it.
     """
-    issues = Issues()
+    issues = IssueCollector()
     _check_baselines(request, issues)
     _check_names(request, issues)
     task = task_of(request, issues)
@@ -65,7 +65,7 @@ def joints_of(request: EvaluateRequest, cell: Cell) -> list[Floats | None]:
     Raises:
         InvalidRequest: there is not one row per pose and one value per joint.
     """
-    issues = Issues()
+    issues = IssueCollector()
     found: list[Floats | None] = []
     for index, (arm, made) in enumerate(zip(request.arms, cell.arms, strict=True)):
         pointer, rows = f"/arms/{index}/joints", arm.joints
@@ -102,14 +102,14 @@ def settings_of(request: LayoutRequest, time_limit: float) -> Settings:
     )
 
 
-def _check_baselines(request: LayoutRequest, issues: Issues) -> None:
+def _check_baselines(request: LayoutRequest, issues: IssueCollector) -> None:
     """Refuse repetitions."""
     for index, name in enumerate(request.baselines):
         if name in request.baselines[:index]:
             issues.add(f"/baselines/{index}", f"{name!r} is asked for twice; once is enough. Remove one.")
 
 
-def _check_tolerance(request: LayoutRequest, issues: Issues) -> None:
+def _check_tolerance(request: LayoutRequest, issues: IssueCollector) -> None:
     """Refuse errors of nothing."""
     if request.tolerance is not None and request.tolerance.position == request.tolerance.angle == 0.0:
         issues.add(
@@ -117,7 +117,7 @@ def _check_tolerance(request: LayoutRequest, issues: Issues) -> None:
         )
 
 
-def _check_names(request: LayoutRequest, issues: Issues) -> None:
+def _check_names(request: LayoutRequest, issues: IssueCollector) -> None:
     """Refuse two arms of the same name."""
     names = [arm.name for arm in request.arms]
     for index, name in enumerate(names):

@@ -19,7 +19,7 @@ from duocell.models.robot.linear_limits import LinearLimits
 from duocell.models.robot.posture import ELBOW, SHOULDER, WRIST
 from duocell.models.robot.posture import Posture as ModelPosture
 from duocell.models.robot.robot import Robot
-from duocell.service.common.issues import Issues
+from duocell.service.common.issues import IssueCollector
 from duocell.service.requests.convert_linear_limits import linear_limits_of
 from duocell.service.requests.convert_pose import check_radians, pose_of
 from duocell.service.schemas.arm import Arm, Base, DhTable, Posture
@@ -29,7 +29,7 @@ SLACK = 1e-9
 """rad; a reference may differ from the limit it stands on in the last digit."""
 
 
-def arm_of(arm: Arm, pointer: str, robots: Mapping[str, Robot], issues: Issues) -> ModelArm | None:
+def arm_of(arm: Arm, pointer: str, robots: Mapping[str, Robot], issues: IssueCollector) -> ModelArm | None:
     """The arm, or None if issues had to be noted.
 
     Args:
@@ -75,7 +75,7 @@ def arm_of(arm: Arm, pointer: str, robots: Mapping[str, Robot], issues: Issues) 
     return None
 
 
-def _robot(arm: Arm, pointer: str, robots: Mapping[str, Robot], issues: Issues) -> Robot | None:
+def _robot(arm: Arm, pointer: str, robots: Mapping[str, Robot], issues: IssueCollector) -> Robot | None:
     """By name or from the table."""
     with issues.at(f"{pointer}/robot"):
         if not isinstance(arm.robot, DhTable):
@@ -88,7 +88,7 @@ def _robot(arm: Arm, pointer: str, robots: Mapping[str, Robot], issues: Issues) 
     return None
 
 
-def _named(arm: Arm, name: str, pointer: str, robots: Mapping[str, Robot], issues: Issues) -> Robot | None:
+def _named(arm: Arm, name: str, pointer: str, robots: Mapping[str, Robot], issues: IssueCollector) -> Robot | None:
     """A robot of a user, or of the catalogue, which knows no versions; None if an issue had to be noted."""
     found = robots.get(arm.robot_key or name)
     if found is not None:
@@ -105,7 +105,7 @@ def _named(arm: Arm, name: str, pointer: str, robots: Mapping[str, Robot], issue
     return None
 
 
-def flange_of(arm: Arm, robot: Robot, pointer: str, issues: Issues) -> Floats:
+def flange_of(arm: Arm, robot: Robot, pointer: str, issues: IssueCollector) -> Floats:
     """(4, 4) m, the flange that is asked for, in the last frame of the robot's chain."""
     with issues.at(f"{pointer}/flange"):
         return robot.flange(arm.flange)
@@ -118,7 +118,7 @@ def _region(base: Base) -> BaseRegion:
     return BaseRegion(x, y, z, yaw)
 
 
-def _fits(values: list[object], robot: Robot, pointer: str, issues: Issues) -> bool:
+def _fits(values: list[object], robot: Robot, pointer: str, issues: IssueCollector) -> bool:
     """Whether there is one value per joint."""
     if len(values) == robot.dof:
         return True
@@ -130,7 +130,7 @@ def _fits(values: list[object], robot: Robot, pointer: str, issues: Issues) -> b
     return False
 
 
-def _limits(arm: Arm, robot: Robot, pointer: str, issues: Issues) -> tuple[Floats, Floats]:
+def _limits(arm: Arm, robot: Robot, pointer: str, issues: IssueCollector) -> tuple[Floats, Floats]:
     """(n,) lower and upper limits in force."""
     if arm.limits is None or not _fits([*arm.limits], robot, f"{pointer}/limits", issues):
         return robot.lower, robot.upper
@@ -146,7 +146,7 @@ def _limits(arm: Arm, robot: Robot, pointer: str, issues: Issues) -> tuple[Float
 
 
 def _linear_limits(
-    arm: Arm, robot: Robot, limits: tuple[Floats, Floats], pointer: str, issues: Issues
+    arm: Arm, robot: Robot, limits: tuple[Floats, Floats], pointer: str, issues: IssueCollector
 ) -> LinearLimits | None:
     """The limits between joints in force; None where there are none."""
     if arm.linear_limits is None:
@@ -154,7 +154,7 @@ def _linear_limits(
     return linear_limits_of(arm.linear_limits, robot, limits, f"{pointer}/linear_limits", issues)
 
 
-def _reference(arm: Arm, robot: Robot, limits: tuple[Floats, Floats], pointer: str, issues: Issues) -> Floats:
+def _reference(arm: Arm, robot: Robot, limits: tuple[Floats, Floats], pointer: str, issues: IssueCollector) -> Floats:
     """(n,) q*: the requested one, else the robot's where the limits in force admit it, else mid-range."""
     lower, upper = limits
     if arm.reference is None:
@@ -172,7 +172,7 @@ def _reference(arm: Arm, robot: Robot, limits: tuple[Floats, Floats], pointer: s
     return reference
 
 
-def _weights(arm: Arm, robot: Robot, limits: tuple[Floats, Floats], pointer: str, issues: Issues) -> Floats:
+def _weights(arm: Arm, robot: Robot, limits: tuple[Floats, Floats], pointer: str, issues: IssueCollector) -> Floats:
     """(n,) w of the objective."""
     if isinstance(arm.weights, list):
         return (
@@ -181,7 +181,7 @@ def _weights(arm: Arm, robot: Robot, limits: tuple[Floats, Floats], pointer: str
     return range_weights(*limits) if arm.weights == "range" else equal_weights(*limits)
 
 
-def _posture(posture: Posture | None, robot: Robot, pointer: str, issues: Issues) -> ModelPosture:
+def _posture(posture: Posture | None, robot: Robot, pointer: str, issues: IssueCollector) -> ModelPosture:
     """The signs that are asked for."""
     if posture is None:
         return ModelPosture()

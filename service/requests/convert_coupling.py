@@ -7,13 +7,13 @@ from math import inf
 
 from duocell.models.cell.coupling import Coupling as ModelCoupling
 from duocell.models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
-from duocell.service.common.issues import Issues, shortened
+from duocell.service.common.issues import IssueCollector, shortened
 from duocell.service.requests.convert_pose import check_radians
 from duocell.service.schemas import coupling as schema
 from duocell.service.schemas.coupling import Coupling
 
 
-def couplings_of(couplings: list[Coupling], names: list[str], issues: Issues) -> tuple[ModelCoupling, ...]:
+def couplings_of(couplings: list[Coupling], names: list[str], issues: IssueCollector) -> tuple[ModelCoupling, ...]:
     """The couplings that could be made; what is wrong with the others is noted.
 
     Args:
@@ -33,7 +33,7 @@ def couplings_of(couplings: list[Coupling], names: list[str], issues: Issues) ->
     return tuple(made)
 
 
-def _arms(coupling: Coupling, names: list[str], pointer: str, issues: Issues) -> tuple[int, ...] | None:
+def _arms(coupling: Coupling, names: list[str], pointer: str, issues: IssueCollector) -> tuple[int, ...] | None:
     """Indices of the arms, or None if there is no such arm."""
     unknown = [place for place, name in enumerate(coupling.arms) if name not in names]
     for place in unknown:

@@ -9,12 +9,12 @@ import numpy as np
 from duocell.models.base.arrays import Floats
 from duocell.models.robot.linear_limits import LinearLimits, row_fault, row_name, sums_between
 from duocell.models.robot.robot import Robot
-from duocell.service.common.issues import Issues
+from duocell.service.common.issues import IssueCollector
 from duocell.service.schemas.arm import LinearLimit
 
 
 def linear_limits_of(
-    rows: Sequence[LinearLimit], robot: Robot, limits: tuple[Floats, Floats], pointer: str, issues: Issues
+    rows: Sequence[LinearLimit], robot: Robot, limits: tuple[Floats, Floats], pointer: str, issues: IssueCollector
 ) -> LinearLimits | None:
     """The limits of a list of rows, or None where there are none.
 

@@ -19,7 +19,7 @@ from duocell.models.base.pose import (
     transform,
 )
 from duocell.models.robot.arm import TURN
-from duocell.service.common.issues import Issues
+from duocell.service.common.issues import IssueCollector
 from duocell.service.schemas.pose import EulerZyz, Matrix, Oat, Orientation, Pose, Quaternion, RollPitchYaw
 
 MOST = 2.0
@@ -35,7 +35,7 @@ FORMATS: dict[type, tuple[str, Callable[[ArrayLike], Floats]]] = {
 ANGLES = RollPitchYaw, EulerZyz, Oat
 
 
-def pose_of(pose: Pose, pointer: str, issues: Issues) -> Floats:
+def pose_of(pose: Pose, pointer: str, issues: IssueCollector) -> Floats:
     """(4, 4) transform; the identity where an issue had to be noted."""
     result: Floats = np.eye(4)
     name, converted = FORMATS[type(pose.orientation)]
@@ -47,7 +47,7 @@ def pose_of(pose: Pose, pointer: str, issues: Issues) -> Floats:
     return result
 
 
-def poses_of(poses: Sequence[Pose], pointer: str, issues: Issues) -> Floats | None:
+def poses_of(poses: Sequence[Pose], pointer: str, issues: IssueCollector) -> Floats | None:
     """(m, 4, 4) transforms of a list of poses; None where issues had to be noted."""
     rotations = _rotations([pose.orientation for pose in poses])
     if rotations is not None:
@@ -57,7 +57,7 @@ def poses_of(poses: Sequence[Pose], pointer: str, issues: Issues) -> Floats | No
     return np.array(one_by_one) if len(issues.found) == before else None
 
 
-def check_radians(angles: Sequence[float], pointer: str, issues: Issues) -> None:
+def check_radians(angles: Sequence[float], pointer: str, issues: IssueCollector) -> None:
     """Note angles beyond `MOST` turns: nobody means them, they are degrees."""
     worst = max(angles, key=abs)
     if abs(worst) > MOST * TURN:

@@ -12,7 +12,7 @@ from duocell.models.base.errors import InvalidInput
 from duocell.models.cell.floor import Footprint as ModelFootprint
 from duocell.models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Sphere
 from duocell.models.geometry.shapes import Shape as ModelShape
-from duocell.service.common.issues import Issues
+from duocell.service.common.issues import IssueCollector
 from duocell.service.requests.convert_pose import pose_of
 from duocell.service.schemas import shapes as schema
 from duocell.service.schemas.shapes import Obstacle, Shape, Solid
@@ -48,7 +48,7 @@ class NoMeshes:
 NO_MESHES = NoMeshes()
 
 
-def obstacles_of(obstacles: list[Obstacle], meshes: MeshSource, issues: Issues) -> tuple[Body, ...]:
+def obstacles_of(obstacles: list[Obstacle], meshes: MeshSource, issues: IssueCollector) -> tuple[Body, ...]:
     """Obstacles as bodies with different names; the pieces of a mesh are numbered."""
     given = [obstacle.name for obstacle in obstacles]
     taken = set(given)
@@ -67,7 +67,9 @@ def obstacles_of(obstacles: list[Obstacle], meshes: MeshSource, issues: Issues) 
     return tuple(bodies)
 
 
-def solids_of(solids: list[Solid], name: str, pointer: str, meshes: MeshSource, issues: Issues) -> tuple[Body, ...]:
+def solids_of(
+    solids: list[Solid], name: str, pointer: str, meshes: MeshSource, issues: IssueCollector
+) -> tuple[Body, ...]:
     """Solids that are carried or mounted, as bodies of one name: half-spaces are refused."""
     bodies: list[Body] = []
     for index, solid in enumerate(solids):
@@ -80,7 +82,7 @@ def solids_of(solids: list[Solid], name: str, pointer: str, meshes: MeshSource, 
     return tuple(bodies)
 
 
-def footprint_of(footprint: Footprint, pointer: str, issues: Issues) -> ModelFootprint | None:
+def footprint_of(footprint: Footprint, pointer: str, issues: IssueCollector) -> ModelFootprint | None:
     """A footprint, or None if issues had to be noted."""
     with issues.at(pointer, {"/corners": "/polygon"}):
         if isinstance(footprint, RectangularFootprint):
@@ -91,7 +93,9 @@ def footprint_of(footprint: Footprint, pointer: str, issues: Issues) -> ModelFoo
     return None
 
 
-def _bodies(name: str, solid: Solid | Obstacle, pointer: str, meshes: MeshSource, issues: Issues) -> Iterable[Body]:
+def _bodies(
+    name: str, solid: Solid | Obstacle, pointer: str, meshes: MeshSource, issues: IssueCollector
+) -> Iterable[Body]:
     """The bodies of one shape; none if issues had to be noted."""
     pose: Floats = pose_of(solid.pose, f"{pointer}/pose", issues)
     shapes: Sequence[ModelShape] = ()

@@ -14,7 +14,7 @@ from duocell.models.cell.surroundings import Part as ModelPart
 from duocell.models.cell.surroundings import Pedestal as ModelPedestal
 from duocell.models.geometry.shapes import Body
 from duocell.models.robot.robot import Robot
-from duocell.service.common.issues import Issues
+from duocell.service.common.issues import IssueCollector
 from duocell.service.library.library import Library
 from duocell.service.requests.convert_shapes import NO_MESHES, MeshSource, footprint_of, obstacles_of, solids_of
 from duocell.service.schemas.arm import FLOOR_MOUNT, Arm
@@ -28,7 +28,7 @@ CONTACT_FORBIDDEN = Clearances(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def surroundings_of(
-    request: LayoutRequest, robots: Sequence[Robot | None], library: Library | None, issues: Issues
+    request: LayoutRequest, robots: Sequence[Robot | None], library: Library | None, issues: IssueCollector
 ) -> Surroundings | None:
     """Everything around the arms, and the shape of arms that users brought; None if issues had to be noted.
 
@@ -84,7 +84,7 @@ def _describes_bodies(request: LayoutRequest) -> bool:
     return equipped or bool(request.obstacles) or request.part is not None
 
 
-def _part(part: Part, meshes: MeshSource, issues: Issues) -> ModelPart | None:
+def _part(part: Part, meshes: MeshSource, issues: IssueCollector) -> ModelPart | None:
     bodies = solids_of(part.shapes, "part", "/part/shapes", meshes, issues)
     numbered = [Body(f"part {i + 1}" if len(bodies) > 1 else "part", b.pose, b.shape) for i, b in enumerate(bodies)]
     with issues.at("/part"):
@@ -92,7 +92,7 @@ def _part(part: Part, meshes: MeshSource, issues: Issues) -> ModelPart | None:
     return None
 
 
-def _floor(floor: Floor, issues: Issues) -> ModelFloor | None:
+def _floor(floor: Floor, issues: IssueCollector) -> ModelFloor | None:
     with issues.at("/floor"):
         allowed = None if floor.allowed is None else np.array(floor.allowed)
         return ModelFloor(allowed, tuple(np.array(corners) for corners in floor.forbidden), floor.margin)
@@ -106,7 +106,7 @@ def _flange(arm: Arm, robot: Robot | None) -> Floats:
     return robot.flange(arm.flange)
 
 
-def _equipment(arm: Arm, flange: Floats, pointer: str, meshes: MeshSource, issues: Issues) -> Equipment:
+def _equipment(arm: Arm, flange: Floats, pointer: str, meshes: MeshSource, issues: IssueCollector) -> Equipment:
     solids = solids_of(arm.tool_shapes, "tool", f"{pointer}/tool_shapes", meshes, issues)
     return Equipment(
         tool=tuple(replace(solid, pose=flange @ solid.pose) for solid in solids),
@@ -115,7 +115,7 @@ def _equipment(arm: Arm, flange: Floats, pointer: str, meshes: MeshSource, issue
     )
 
 
-def _pedestal(arm: Arm, pedestal: Pedestal, pointer: str, issues: Issues) -> ModelPedestal | None:
+def _pedestal(arm: Arm, pedestal: Pedestal, pointer: str, issues: IssueCollector) -> ModelPedestal | None:
     footprint = footprint_of(pedestal.footprint, f"{pointer}/footprint", issues)
     found = _upright(arm, pedestal, pointer, issues) if arm.mount == FLOOR_MOUNT else _tilted(pedestal, pointer, issues)
     with issues.at(pointer):
@@ -123,7 +123,7 @@ def _pedestal(arm: Arm, pedestal: Pedestal, pointer: str, issues: Issues) -> Mod
     return None
 
 
-def _tilted(pedestal: Pedestal, pointer: str, issues: Issues) -> tuple[float, None] | None:
+def _tilted(pedestal: Pedestal, pointer: str, issues: IssueCollector) -> tuple[float, None] | None:
     """Height [m] of a pedestal that stands out from a wall, a ceiling or a slope: there it needs one."""
     if pedestal.foot is not None:
         issues.add(f"{pointer}/foot", "The base hangs or leans, so its pedestal has no foot on a floor. Leave it out.")
@@ -134,7 +134,7 @@ def _tilted(pedestal: Pedestal, pointer: str, issues: Issues) -> tuple[float, No
     return None
 
 
-def _upright(arm: Arm, pedestal: Pedestal, pointer: str, issues: Issues) -> tuple[float, float | None] | None:
+def _upright(arm: Arm, pedestal: Pedestal, pointer: str, issues: IssueCollector) -> tuple[float, float | None] | None:
     """Height and foot [m] of a pedestal on a floor; the foot is None where a height is given, which then has to fit."""
     foot = 0.0 if pedestal.foot is None else pedestal.foot
     low, high = min(as_list(arm.base.z)), max(as_list(arm.base.z))

@@ -11,13 +11,13 @@ from duocell.models.cell.task import Task as ModelTask
 from duocell.models.cell.task import arc_about_normal, arc_through_center, line, task_from_poses
 from duocell.models.cell.task_sequence import TaskSegment, task_sequence
 from duocell.models.robot.arm import Arm
-from duocell.service.common.issues import Issues, pointer_of, shortened
+from duocell.service.common.issues import IssueCollector, pointer_of, shortened
 from duocell.service.requests.convert_pose import pose_of, poses_of
 from duocell.service.schemas.request import LayoutRequest
 from duocell.service.schemas.task import ArcByCenter, ArcByRadius, LineTask, PosesTask, Task
 
 
-def task_of(request: LayoutRequest, issues: Issues) -> ModelTask | None:
+def task_of(request: LayoutRequest, issues: IssueCollector) -> ModelTask | None:
     """The poses of a request, or None if issues had to be noted."""
     if (request.task is None) == (request.tasks is None):
         given = "Both are given. Remove one" if request.task is not None else "'task' is missing. Add it"
@@ -40,7 +40,7 @@ def task_of(request: LayoutRequest, issues: Issues) -> ModelTask | None:
     return task_sequence(segments) if len(segments) == len(names) else None
 
 
-def with_grasps(request: LayoutRequest, arms: Sequence[Arm | None], issues: Issues) -> list[Arm]:
+def with_grasps(request: LayoutRequest, arms: Sequence[Arm | None], issues: IssueCollector) -> list[Arm]:
     """The arms with the grasps that the segments of a task sequence give them; those that could not be made are left
     out.
     """
@@ -62,7 +62,7 @@ def with_grasps(request: LayoutRequest, arms: Sequence[Arm | None], issues: Issu
     return made
 
 
-def _path(task: Task, pointer: str, issues: Issues) -> ModelTask | None:
+def _path(task: Task, pointer: str, issues: IssueCollector) -> ModelTask | None:
     """The poses of one way, or None if issues had to be noted."""
     before = len(issues.found)
     if isinstance(task, PosesTask):

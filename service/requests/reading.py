@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from duocell.service.common.issues import InvalidRequest, Issue
 from duocell.service.common.priority import READING, give_way
+from duocell.service.library.document_stores import View
 from duocell.service.library.library import Library
-from duocell.service.library.shelves import View
 from duocell.service.requests.accept import Accepted, accept, accept_evaluation
 from duocell.service.settings import Limits
 from duocell.service.validation.strict_json import NotJson

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from itertools import combinations
 
 from duocell.models.robot.arm import Arm
-from duocell.service.common.issues import Issues
+from duocell.service.common.issues import IssueCollector
 
 
-def check_shared_joints(arms: Sequence[Arm | None], issues: Issues) -> None:
+def check_shared_joints(arms: Sequence[Arm | None], issues: IssueCollector) -> None:
     """Refuse two arms that are different chains of one URDF file and have a joint in common.
 
     Arms of the same chain are two machines of one kind and share nothing.

@@ -11,7 +11,7 @@ from fastapi import Request
 from starlette.datastructures import FormData, UploadFile
 from starlette.formparsers import MultiPartException, MultiPartParser
 
-from duocell.service.common.issues import InvalidRequest, Issue, Issues, pointer_of, shortened
+from duocell.service.common.issues import InvalidRequest, Issue, IssueCollector, pointer_of, shortened
 from duocell.service.common.problems import Problem
 from duocell.service.http.arriving import arriving
 
@@ -99,7 +99,7 @@ async def read_form(
 
 async def _sorted(data: FormData, texts: Sequence[str], files: Sequence[str]) -> Form:
     """The parts by what they may be; empty ones, as browsers send them for empty fields, are left out."""
-    issues = Issues()
+    issues = IssueCollector()
     form = Form({}, {})
     for name, value in data.multi_items():
         if name not in texts and name not in files:

@@ -19,7 +19,7 @@ from duocell.models.description.urdf_file import build_model, parse_document
 from duocell.models.robot.robot import Robot
 from duocell.optimizer.monitoring.events import Event
 from duocell.optimizer.monitoring.watch import tell
-from duocell.service.common.issues import InvalidRequest, Issues, shortened
+from duocell.service.common.issues import InvalidRequest, IssueCollector, shortened
 from duocell.service.library.piece_files import PieceFiles
 from duocell.service.library.user_robot import UserRobot
 from duocell.service.requests.convert_linear_limits import linear_limits_of
@@ -89,7 +89,7 @@ def robot_from_files(files: RobotFiles, limits: Limits, work: MeshWork = IN_MEMO
     Raises:
         InvalidRequest: with everything that is wrong with them; the pointers name parts of the form.
     """
-    issues = Issues()
+    issues = IssueCollector()
     described, archive = None, None
     try:
         described = describe(files)
@@ -111,7 +111,7 @@ def robot_from_files(files: RobotFiles, limits: Limits, work: MeshWork = IN_MEMO
         raise InvalidRequest(issues.found) from error
 
 
-def _with_linear_limits(described: Described, files: RobotFiles, issues: Issues) -> Described:
+def _with_linear_limits(described: Described, files: RobotFiles, issues: IssueCollector) -> Described:
     """The kinematics with the limits between joints that were sent with the files; faults of these are noted."""
     robot, before = described.robot, len(issues.found)
     limits = linear_limits_of(files.linear_limits, robot, (robot.lower, robot.upper), "/linear_limits", issues)
@@ -120,7 +120,7 @@ def _with_linear_limits(described: Described, files: RobotFiles, issues: Issues)
     return replace(described, robot=replace(robot, linear_limits=limits))
 
 
-def _contents(names: Mapping[str, Sequence[str]], archive: MeshArchive, issues: Issues) -> dict[str, bytes]:
+def _contents(names: Mapping[str, Sequence[str]], archive: MeshArchive, issues: IssueCollector) -> dict[str, bytes]:
     """Contents of all meshes that a URDF names; those that are not there are noted."""
     contents = {}
     for filename, links in names.items():
@@ -132,7 +132,7 @@ def _contents(names: Mapping[str, Sequence[str]], archive: MeshArchive, issues: 
     return contents
 
 
-def _note(error: InvalidInput, issues: Issues) -> None:
+def _note(error: InvalidInput, issues: IssueCollector) -> None:
     """Note what is wrong with a URDF under the part of the form that has to change."""
     issues.add(error.pointer if error.pointer in _FIELDS else f"/urdf{error.pointer}", error.detail, error.code)
 

@@ -17,8 +17,8 @@ from duocell.models.catalogue import catalogue
 from duocell.service.common.issues import InvalidRequest, Issue, shortened
 from duocell.service.common.problems import Problem
 from duocell.service.common.timestamps import timestamp
+from duocell.service.library.document_store import NAME, DocumentStore
 from duocell.service.library.library import Library
-from duocell.service.library.shelf import NAME, Shelf
 from duocell.service.library.user_mesh import UserMesh, mesh_document
 from duocell.service.library.user_robot import as_document
 from duocell.service.schemas.arm import LinearLimit, LinearLimitRows
@@ -85,7 +85,7 @@ async def _robot_sent(request: Request, library: Library, settings: Settings) ->
     _check_missing_meshes(form)
     files = _robot_files(name, form)
     await run_in_threadpool(_check_name, name, library)
-    _check_place(library.robot_shelf, settings)
+    _check_place(library.robot_store, settings)
     return files
 
 
@@ -95,7 +95,7 @@ async def _keep_robot(
     limits = Limits(**settings.model_dump())
     robot = await intake.run(robot_from_upload, files, limits, _pieces(settings), report=report)
     dated = replace(robot, created_at=timestamp(datetime.now(UTC)) or "")
-    if not await run_in_threadpool(_put, library, library.robot_shelf, files.name, as_document(dated), settings):
+    if not await run_in_threadpool(_put, library, library.robot_store, files.name, as_document(dated), settings):
         raise _exists(files.name)
 
 
@@ -120,10 +120,10 @@ async def take_mesh(
         file = form.files["mesh"]
         label = form.texts.get("name", file.name)
         _check_label(label)
-        _check_place(library.mesh_shelf, settings)
+        _check_place(library.mesh_store, settings)
         mesh = await intake.run(mesh_from_file, file.data, file.name, label, _pieces(settings))
     dated = replace(mesh, created_at=timestamp(datetime.now(UTC)) or "")
-    new = await run_in_threadpool(_put, library, library.mesh_shelf, mesh.id, mesh_document(dated), settings)
+    new = await run_in_threadpool(_put, library, library.mesh_store, mesh.id, mesh_document(dated), settings)
     kept = await run_in_threadpool(library.user_mesh, mesh.id)
     return kept or dated, new
 
@@ -139,10 +139,10 @@ def drop_robot(name: str, library: Library, settings: Settings) -> None:
             "catalogue-robot", f"{name} belongs to the catalogue and stays. Only uploaded robots can be deleted."
         )
     found = library.user_robot(name) if NAME.fullmatch(name) else None
-    shelf = library.shelf_of_robot(name)
-    _check_own(shelf, library.robot_shelf, library, shortened(name))
+    store = library.store_of_robot(name)
+    _check_own(store, library.robot_store, library, shortened(name))
     with _writing():
-        taken = found is not None and shelf is not None and shelf.take(name, found.version)
+        taken = found is not None and store is not None and store.take(name, found.version)
         library.forget(settings.keep_deleted)
     if not taken:
         raise Problem("robot-not-found", f"No uploaded robot is called {shortened(name)}. `GET /v1/robots` lists them.")
@@ -154,18 +154,18 @@ def drop_mesh(mesh_id: str, library: Library, settings: Settings) -> None:
     Raises:
         Problem: there is no such mesh.
     """
-    shelf = library.shelf_of_mesh(mesh_id)
-    _check_own(shelf, library.mesh_shelf, library, f"mesh {shortened(mesh_id)}")
+    store = library.store_of_mesh(mesh_id)
+    _check_own(store, library.mesh_store, library, f"mesh {shortened(mesh_id)}")
     with _writing():
-        taken = shelf is not None and shelf.take(mesh_id, mesh_id)
+        taken = store is not None and store.take(mesh_id, mesh_id)
         library.forget(settings.keep_deleted)
     if not taken:
         raise no_mesh(mesh_id)
 
 
-def _check_own(shelf: Shelf | None, own: Shelf, library: Library, what: str) -> None:
+def _check_own(store: DocumentStore | None, own: DocumentStore, library: Library, what: str) -> None:
     """Refuse to delete for one key what all of them use."""
-    if shelf is not None and shelf is not own and not library.sees_everything:
+    if store is not None and store is not own and not library.sees_everything:
         raise Problem(
             "belongs-to-all",
             f"{what} was brought while no keys were in use, or all was shared, and belongs to everybody. The operator "
@@ -250,20 +250,20 @@ def _check_label(label: str) -> None:
         raise InvalidRequest([Issue("/name", detail)])
 
 
-def _check_place(shelf: Shelf, limits: Limits) -> None:
-    if shelf.count() >= limits.max_kept:
+def _check_place(store: DocumentStore, limits: Limits) -> None:
+    if store.count() >= limits.max_kept:
         raise Problem(
             "too-many-kept",
-            f"{shelf.count()} are kept, lately deleted ones included; allowed are {limits.max_kept} "
+            f"{store.count()} are kept, lately deleted ones included; allowed are {limits.max_kept} "
             "(DUOCELL_MAX_KEPT). Delete some that are not needed any more.",
         )
 
 
-def _put(library: Library, shelf: Shelf, name: str, document: dict[str, Any], limits: Limits) -> bool:
-    """Put a document on its shelf; False if there is one already."""
+def _put(library: Library, store: DocumentStore, name: str, document: dict[str, Any], limits: Limits) -> bool:
+    """Put a document into its store; False if there is one already."""
     with _writing():
         library.forget(limits.keep_deleted)
-        return shelf.put(name, document)
+        return store.put(name, document)
 
 
 @contextmanager

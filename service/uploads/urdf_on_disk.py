@@ -15,8 +15,8 @@ from duocell.models.description.urdf_bodies import MeshWork, MissingMeshes, mesh
 from duocell.models.description.urdf_meshes import meshes_near
 from duocell.models.geometry.piece_cache import PieceCache
 from duocell.models.robot.robot import Robot
+from duocell.service.library.document_store import DocumentStore
 from duocell.service.library.piece_files import PieceFiles
-from duocell.service.library.shelf import Shelf
 from duocell.service.library.user_robot import FORMAT, UserRobot, as_document, from_document
 from duocell.service.uploads.robot_intake import ESTIMATE, Described, RobotFiles, complete, describe, version_of
 
@@ -92,9 +92,9 @@ def _cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "duocell"
 
 
-def _shelf() -> Shelf:
+def _store() -> DocumentStore:
     """Where robots are kept that were taken apart before."""
-    return Shelf(_cache_folder() / "robots")
+    return DocumentStore(_cache_folder() / "robots")
 
 
 def _piece_cache() -> PieceCache | None:
@@ -108,7 +108,7 @@ def _piece_cache() -> PieceCache | None:
 def _kept(robot: Robot, version: str) -> UserRobot | None:
     """The robot as it was taken apart before, or None."""
     try:
-        path = _shelf().path(f"{FORMAT}.{CACHE}-{version}")
+        path = _store().path(f"{FORMAT}.{CACHE}-{version}")
         found = None if path is None else from_document(json.loads(path.read_bytes()))
     except (OSError, RuntimeError, ValueError, KeyError, TypeError, InvalidInput):
         return None  # no home, damaged, of another time: taken apart again
@@ -117,5 +117,5 @@ def _kept(robot: Robot, version: str) -> UserRobot | None:
 
 def _keep(made: UserRobot) -> UserRobot:
     with suppress(OSError, RuntimeError):  # a read-only home, or none: next time it takes as long as this time
-        _shelf().put(f"{FORMAT}.{CACHE}-{made.version}", as_document(made))
+        _store().put(f"{FORMAT}.{CACHE}-{made.version}", as_document(made))
     return made

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from duocell.service.common.issues import Issues, pointer_of
+from duocell.service.common.issues import IssueCollector, pointer_of
 from duocell.service.settings import Limits
 
 CODE = "too-large"
@@ -27,7 +27,7 @@ def check_amounts(document: Any, limits: Limits) -> None:
     Raises:
         InvalidRequest: more than the settings allow.
     """
-    issues = Issues()
+    issues = IssueCollector()
     for amount in _amounts(document):
         most = getattr(limits, amount.setting)
         if amount.number > most:

@@ -13,7 +13,7 @@ import signal
 from fastapi.concurrency import run_in_threadpool
 
 from duocell.service.common.problems import Problem
-from duocell.service.library.shelves import View
+from duocell.service.library.document_stores import View
 from duocell.service.requests.accept import Accepted
 from duocell.service.requests.reading import Read, Reader, read_evaluation, read_layout, read_within
 from duocell.service.settings import Limits, Settings

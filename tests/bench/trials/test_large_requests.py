@@ -18,7 +18,7 @@ from duocell.service.settings import Limits
 def library(tmp_path_factory: pytest.TempPathFactory) -> Library:
     library = Library(Path(tmp_path_factory.mktemp("data")))
     for name, document in meshes().items():
-        library.mesh_shelf.put(name, document)
+        library.mesh_store.put(name, document)
     return library
 
 

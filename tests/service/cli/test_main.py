@@ -303,7 +303,7 @@ def test_robots_of_the_data_folder_are_known(
 ) -> None:
     monkeypatch.setenv("DUOCELL_DATA_DIR", str(tmp_path))
     files = RobotFiles("own", "own.urdf", own_robot.urdf({}).replace("turn_1", "[/turn]").encode())
-    Library(tmp_path).robot_shelf.put("own", as_document(robot_from_files(files, Limits())))
+    Library(tmp_path).robot_store.put("own", as_document(robot_from_files(files, Limits())))
     assert main(["robots"]) == 0
     assert "own arm" in capsys.readouterr().out
     assert main(["robots", "own"]) == 0

@@ -21,8 +21,8 @@ from scipy.spatial import cKDTree
 from duocell.models.catalogue.links import LinkBody
 from duocell.models.geometry.shapes import Body, HalfSpace
 from duocell.models.robot.robot import Robot
+from duocell.service.library.document_store import DocumentStore
 from duocell.service.library.library import Library
-from duocell.service.library.shelf import Shelf
 from duocell.service.library.user_mesh import mesh_document
 from duocell.service.library.user_robot import UserRobot, as_document, from_document, shape_document, shape_from
 from duocell.service.requests.accept import accept
@@ -91,7 +91,7 @@ def test_a_half_space_comes_back() -> None:
 def test_a_library_answers_for_robots_links_and_hulls(tmp_path: Path, own: UserRobot) -> None:
     library = Library(tmp_path)
     assert dict(library.robots()) == {}
-    assert library.robot_shelf.put("own", as_document(own))
+    assert library.robot_store.put("own", as_document(own))
     robots = library.robots()
     assert list(robots) == ["own"]
     assert "puma560" not in robots
@@ -153,9 +153,9 @@ REQUEST: dict[str, Any] = {
 def test_layouts_keep_clear_with_the_meshes_that_were_brought(tmp_path: Path, own: UserRobot) -> None:
     """The distance in the result against points sampled on the meshes themselves."""
     library = Library(tmp_path)
-    library.robot_shelf.put("own", as_document(own))
+    library.robot_store.put("own", as_document(own))
     mesh = mesh_from_file(own_robot.as_stl(own_robot.fork()), "fork.stl", "fork")
-    library.mesh_shelf.put(mesh.id, mesh_document(mesh))
+    library.mesh_store.put(mesh.id, mesh_document(mesh))
     request = REQUEST | {"obstacles": [OBSTACLE | {"shape": {"type": "mesh", "id": mesh.id, "scale": 1.0}}]}
     accepted = accept(json.dumps(request).encode(), Settings(), library)
     result = solve_request(accepted.text, accepted.request_hash, 30.0, library)
@@ -180,43 +180,43 @@ def test_meshes_are_scaled(tmp_path: Path) -> None:
     box = own_robot.as_stl(trimesh.creation.box((2000.0, 3000.0, 40.0)))
     mesh = mesh_from_file(box, "BOX.STL", "box")
     library = Library(tmp_path)
-    library.mesh_shelf.put(mesh.id, mesh_document(mesh))
+    library.mesh_store.put(mesh.id, mesh_document(mesh))
     (hull,) = library.hulls(mesh.id, 0.001)
     assert np.ptp(hull.points, axis=0) == pytest.approx([2.0, 3.0, 0.04])
     assert library.hulls(mesh.id, 0.001)[0] is hull
 
 
-# --- the shelf --------------------------------------------------------------------------------------------------------
+# --- the document store -----------------------------------------------------------------------------------------------
 
 
 def test_a_name_is_taken_once_and_freed_by_taking_away(tmp_path: Path) -> None:
-    shelf = Shelf(tmp_path / "made" / "with the first")
-    assert shelf.names() == []
-    assert shelf.put("a", {"n": 1})
-    assert not shelf.put("a", {"n": 2})
-    path = shelf.path("a")
+    store = DocumentStore(tmp_path / "made" / "with the first")
+    assert store.names() == []
+    assert store.put("a", {"n": 1})
+    assert not store.put("a", {"n": 2})
+    path = store.path("a")
     assert path is not None
     assert json.loads(path.read_text()) == {"n": 1}
-    assert shelf.take("a", "v1")
-    assert not shelf.take("a", "v1")
-    assert shelf.path("a") is None
-    assert shelf.aside("a", "v1") is not None
-    assert shelf.count() == 1
-    assert shelf.put("a", {"n": 2})
-    assert shelf.take("a", "v1")  # the same version again replaces the one kept aside
-    shelf.forget(3600.0)
-    assert shelf.aside("a", "v1") is not None
-    shelf.forget(0.0)
+    assert store.take("a", "v1")
+    assert not store.take("a", "v1")
+    assert store.path("a") is None
+    assert store.tombstone("a", "v1") is not None
+    assert store.count() == 1
+    assert store.put("a", {"n": 2})
+    assert store.take("a", "v1")  # the same version again replaces the tombstone
+    store.forget(3600.0)
+    assert store.tombstone("a", "v1") is not None
+    store.forget(0.0)
     assert list((tmp_path / "made" / "with the first").rglob("*.json")) == []
 
 
 @pytest.mark.parametrize("name", ["", ".", "..", "../a", "a/b", ".a", "a\n", "ä", "a" * 65, "a@b", "-a"])
 def test_names_that_are_no_file_names_are_nowhere(tmp_path: Path, name: str) -> None:
-    shelf = Shelf(tmp_path)
-    assert shelf.path(name) is None
-    assert shelf.aside(name, "v") is None
-    assert shelf.aside("a", name) is None
-    assert not shelf.take(name, "v")
+    store = DocumentStore(tmp_path)
+    assert store.path(name) is None
+    assert store.tombstone(name, "v") is None
+    assert store.tombstone("a", name) is None
+    assert not store.take(name, "v")
 
 
 def test_what_cannot_be_written_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -225,47 +225,47 @@ def test_what_cannot_be_written_leaves_nothing(tmp_path: Path, monkeypatch: pyte
 
     monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(OSError, match="No space"):
-        Shelf(tmp_path).put("a", {"n": 1})
+        DocumentStore(tmp_path).put("a", {"n": 1})
     assert list(tmp_path.iterdir()) == []
 
 
 def test_what_a_crash_left_half_written_is_no_document_and_goes(tmp_path: Path) -> None:
     now = 0.0
-    shelf = Shelf(tmp_path, lambda: now)
-    shelf.put("a", {})
+    store = DocumentStore(tmp_path, lambda: now)
+    store.put("a", {})
     torn, fresh = tmp_path / ".0123", tmp_path / ".4567"
     torn.write_text("{")
-    assert shelf.names() == ["a"]
-    shelf.forget(0.0)
+    assert store.names() == ["a"]
+    store.forget(0.0)
     now = 7200.0
     fresh.write_text("{")  # somebody may be writing it
-    shelf.forget(0.0)
+    store.forget(0.0)
     assert not torn.exists()
     assert fresh.exists()
 
 
 def test_what_was_taken_away_ages_by_a_clock_that_does_not_jump(tmp_path: Path) -> None:
     now = 0.0
-    shelf = Shelf(tmp_path, lambda: now)
-    shelf.put("a", {})
-    shelf.take("a", "v")
-    kept = shelf.aside("a", "v")
+    store = DocumentStore(tmp_path, lambda: now)
+    store.put("a", {})
+    store.take("a", "v")
+    kept = store.tombstone("a", "v")
     assert kept is not None
     os.utime(kept, (time.time() - 1e6,) * 2)  # as after a leap of the wall clock
-    shelf.forget(3600.0)
-    assert shelf.aside("a", "v") is not None
-    Shelf(tmp_path, lambda: 1e9).forget(3600.0)  # another process has not seen it before
-    assert shelf.aside("a", "v") is not None
+    store.forget(3600.0)
+    assert store.tombstone("a", "v") is not None
+    DocumentStore(tmp_path, lambda: 1e9).forget(3600.0)  # another process has not seen it before
+    assert store.tombstone("a", "v") is not None
     now = 3601.0
-    shelf.forget(3600.0)
-    assert shelf.aside("a", "v") is None
+    store.forget(3600.0)
+    assert store.tombstone("a", "v") is None
 
 
 def test_of_many_who_want_a_name_one_gets_it(tmp_path: Path) -> None:
     with ThreadPoolExecutor(8) as pool:
-        won = list(pool.map(lambda number: Shelf(tmp_path).put("contended", {"by": number}), range(40)))
+        won = list(pool.map(lambda number: DocumentStore(tmp_path).put("contended", {"by": number}), range(40)))
     assert sum(won) == 1
-    path = Shelf(tmp_path).path("contended")
+    path = DocumentStore(tmp_path).path("contended")
     assert path is not None
     assert json.loads(path.read_text()) == {"by": won.index(True)}
     assert [file.name for file in tmp_path.iterdir()] == ["contended.json"]

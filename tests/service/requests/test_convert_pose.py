@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from duocell.service.common.issues import Issues
+from duocell.service.common.issues import IssueCollector
 from duocell.service.requests.convert_pose import pose_of, poses_of
 from duocell.service.schemas.pose import Pose
 
@@ -45,14 +45,14 @@ def poses(count: int) -> tuple[list[Pose], np.ndarray]:
 
 def test_formats_may_be_mixed() -> None:
     made, meant = poses(40)
-    found = poses_of(made, "/task/poses", Issues())
+    found = poses_of(made, "/task/poses", IssueCollector())
     assert found is not None
     np.testing.assert_allclose(found, meant, rtol=0.0, atol=1e-14)
 
 
 def test_together_is_as_one_by_one() -> None:
     made, _ = poses(40)
-    issues = Issues()
+    issues = IssueCollector()
     found = poses_of(made, "/task/poses", issues)
     np.testing.assert_array_equal(found, [pose_of(pose, "/task/poses", issues) for pose in made])
     assert issues.found == []
@@ -72,7 +72,7 @@ def test_every_wrong_pose_is_named(orientation: dict[str, Any], words: str) -> N
     made, _ = poses(20)
     wrong = Pose.model_validate({"position": [0.0, 0.0, 0.0], "orientation": orientation})
     made[3] = made[17] = wrong
-    issues = Issues()
+    issues = IssueCollector()
     assert poses_of(made, "/task/poses", issues) is None
     name = next(iter(orientation))
     assert [issue.pointer for issue in issues.found] == [f"/task/poses/{k}/orientation/{name}" for k in (3, 17)]

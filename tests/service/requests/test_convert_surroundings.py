@@ -42,7 +42,7 @@ def library(tmp_path: Path) -> Library:
     bounds = np.array([np.zeros(3), np.full(3, 2.0)])
     kept = Library(tmp_path)
     wedge = UserMesh("wedge", "wedge", "stl", 484, 8, bounds, (corners, corners + 1.0), "")
-    assert kept.mesh_shelf.put("wedge", mesh_document(wedge))
+    assert kept.mesh_store.put("wedge", mesh_document(wedge))
     return kept
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from duocell.models.description.urdf import robot_from_urdf
 from duocell.models.robot.robot import Robot
-from duocell.service.common.issues import Issues
+from duocell.service.common.issues import IssueCollector
 from duocell.service.requests.shared_joints import check_shared_joints
 from tests.support.given.acceptance import FOLDER
 from tests.support.given.arms import make_arm
@@ -31,7 +31,7 @@ def robot(base: str | None, tip: str) -> Robot:
     ],
 )
 def test_a_torso_joint_belongs_to_one_arm(first: tuple[str, str], second: tuple[str, str], refused: bool) -> None:
-    issues = Issues()
+    issues = IssueCollector()
     check_shared_joints([make_arm(robot(*first), "left"), None, make_arm(robot(*second), "right")], issues)
     assert [issue.pointer for issue in issues.found] == (["/arms/2/robot"] if refused else [])
     assert all("torso_j" in issue.detail for issue in issues.found)

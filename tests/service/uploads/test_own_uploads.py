@@ -12,8 +12,8 @@ import pytest
 from fastapi.testclient import TestClient
 
 from duocell.service.http.keys import hash_line, new_key
+from duocell.service.library.document_stores import DocumentStores, View
 from duocell.service.library.library import Library
-from duocell.service.library.shelves import Shelves, View
 from duocell.service.workers.solving import solve_request
 from tests.service.uploads.test_robot_upload import REQUEST
 from tests.service.uploads.test_robot_upload import send as send_robot
@@ -139,10 +139,10 @@ def test_each_key_has_places_of_its_own(client_with: Make) -> None:
 
 @pytest.mark.parametrize("owner", ["..", ".", "a" * 64, "press"])
 def test_folders_of_keys_lie_in_one_folder_and_differ(tmp_path: Path, owner: str) -> None:
-    shelves = Shelves(tmp_path / "robots")
-    assert shelves.of(owner).put("own", {"format": 1})
+    stores = DocumentStores(tmp_path / "robots")
+    assert stores.of(owner).put("own", {"format": 1})
     (file,) = tmp_path.rglob("own.json")
     assert file.resolve().parent.parent == (tmp_path / "robots" / ".keys").resolve()
-    assert shelves.of("").names() == shelves.of(owner.upper() + "x").names() == []
-    assert shelves.of("PRESS").put("own", {}) or owner == "PRESS"
-    assert shelves.seen_by(View(tmp_path, owner, False)) == [shelves.of(owner), shelves.of("")]
+    assert stores.of("").names() == stores.of(owner.upper() + "x").names() == []
+    assert stores.of("PRESS").put("own", {}) or owner == "PRESS"
+    assert stores.seen_by(View(tmp_path, owner, False)) == [stores.of(owner), stores.of("")]

@@ -22,7 +22,7 @@ def library_with(folder: Path, pieces: int) -> Library:
     mesh = UserMesh(
         "m", "m", "stl", 100, 4, np.array([[0.0] * 3, [1.0] * 3]), (CORNERS,) * pieces, "2026-01-01T00:00:00Z"
     )
-    assert library.mesh_shelf.put("m", mesh_document(mesh))
+    assert library.mesh_store.put("m", mesh_document(mesh))
     return library
 
 

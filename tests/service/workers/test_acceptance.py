@@ -13,7 +13,7 @@ import pytest
 from duocell.service.common.issues import InvalidRequest
 from duocell.service.common.priority import READING
 from duocell.service.common.problems import Problem
-from duocell.service.library.shelves import View
+from duocell.service.library.document_stores import View
 from duocell.service.requests.accept import accept
 from duocell.service.requests.reading import Read
 from duocell.service.schemas.request import EXAMPLE

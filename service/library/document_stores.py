@@ -9,7 +9,7 @@ import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
-from duocell.service.library.shelf import Shelf
+from duocell.service.library.document_store import DocumentStore
 
 KEYS = ".keys"
 """Folder with the folders of the keys; no document is called like that."""
@@ -35,32 +35,32 @@ class View:
         return "" if self.everything else self.owner
 
 
-class Shelves:
+class DocumentStores:
     """One kind of document in a folder: everybody's in the folder itself, those of keys below."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self._known: dict[Path, Shelf] = {}
+        self._known: dict[Path, DocumentStore] = {}
 
-    def of(self, owner: str) -> Shelf:
+    def of(self, owner: str) -> DocumentStore:
         """That of a key; "": everybody's."""
         if not owner:
-            return self._shelf(self._folder)
+            return self._store(self._folder)
         digest = hashlib.sha256(owner.encode()).hexdigest()[:8]  # names may differ in the case of their letters alone
-        return self._shelf(self._folder / KEYS / f"{owner}-{digest}")
+        return self._store(self._folder / KEYS / f"{owner}-{digest}")
 
-    def seen_by(self, view: View) -> list[Shelf]:
+    def seen_by(self, view: View) -> list[DocumentStore]:
         """Those that someone sees, in the order in which names are looked up."""
         first = [self.of(view.owner)] if view.owner else []
         return [*first, self.of(""), *(one for one in self._of_keys() if view.everything and one not in first)]
 
     def forget(self, age: float) -> None:
-        """See `Shelf.forget`; for all of them."""
-        for shelf in [self.of(""), *self._of_keys()]:
-            shelf.forget(age)
+        """See `DocumentStore.forget`; for all of them."""
+        for store in [self.of(""), *self._of_keys()]:
+            store.forget(age)
 
-    def _of_keys(self) -> list[Shelf]:
-        return [self._shelf(folder) for folder in sorted((self._folder / KEYS).glob("*")) if folder.is_dir()]
+    def _of_keys(self) -> list[DocumentStore]:
+        return [self._store(folder) for folder in sorted((self._folder / KEYS).glob("*")) if folder.is_dir()]
 
-    def _shelf(self, folder: Path) -> Shelf:
-        return self._known.setdefault(folder, Shelf(folder))
+    def _store(self, folder: Path) -> DocumentStore:
+        return self._known.setdefault(folder, DocumentStore(folder))

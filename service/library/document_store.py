@@ -1,6 +1,6 @@
 """A folder of documents that never change: each is put there and taken away in one step, whatever happens meanwhile.
 
-A document that was taken away is kept aside for a while, for those who were promised it before.
+A document that was taken away is kept as a tombstone for a while, for those who were promised it before.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 """What a document may be called: a file name everywhere, and never one of ours (which start with a dot)."""
 
 _SUFFIX = ".json"
-_ASIDE = ".deleted"
+_TOMBSTONES = ".deleted"
 
 
-class Shelf:
+class DocumentStore:
     """Documents by name and version in a folder, which is made with the first of them."""
 
     def __init__(self, folder: Path, clock: Callable[[], float] = time.monotonic) -> None:
         self._folder = folder
-        self._aside = folder / _ASIDE
+        self._tombstones = folder / _TOMBSTONES
         self._clock = clock
         self._seen: dict[tuple[Path, int], float] = {}  # when a file was first seen here, by the clock of this process
 
@@ -36,17 +36,17 @@ class Shelf:
         return sorted(name for name in found if NAME.fullmatch(name))
 
     def count(self) -> int:
-        """Number of documents, those kept aside included."""
-        return len(self.names()) + sum(1 for _ in self._aside.glob(f"*{_SUFFIX}"))
+        """Number of documents, those kept as tombstones included."""
+        return len(self.names()) + sum(1 for _ in self._tombstones.glob(f"*{_SUFFIX}"))
 
     def path(self, name: str) -> Path | None:
         """File of a document, or None if there is none."""
         return self._present(self._folder / (name + _SUFFIX)) if NAME.fullmatch(name) else None
 
-    def aside(self, name: str, version: str) -> Path | None:
+    def tombstone(self, name: str, version: str) -> Path | None:
         """File of a document that was taken away and is kept for a while, or None."""
         good = NAME.fullmatch(name) and NAME.fullmatch(version)
-        return self._present(self._aside / f"{name}@{version}{_SUFFIX}") if good else None
+        return self._present(self._tombstones / f"{name}@{version}{_SUFFIX}") if good else None
 
     def put(self, name: str, document: dict[str, Any]) -> bool:
         """Add a document; False if the name is taken.
@@ -70,7 +70,7 @@ class Shelf:
         return True
 
     def take(self, name: str, version: str) -> bool:
-        """Take a document away and keep it aside; False if there is none.
+        """Take a document away and keep it as a tombstone; False if there is none.
 
         Raises:
             OSError: the folder cannot be written.
@@ -78,8 +78,8 @@ class Shelf:
         path = self.path(name)
         if path is None:
             return False
-        self._aside.mkdir(exist_ok=True)
-        kept = self._aside / f"{name}@{version}{_SUFFIX}"
+        self._tombstones.mkdir(exist_ok=True)
+        kept = self._tombstones / f"{name}@{version}{_SUFFIX}"
         try:
             path.rename(kept)
         except FileNotFoundError:
@@ -96,7 +96,7 @@ class Shelf:
         Raises:
             OSError: the folder cannot be written.
         """
-        old = [(path, age) for path in self._aside.glob(f"*{_SUFFIX}")]
+        old = [(path, age) for path in self._tombstones.glob(f"*{_SUFFIX}")]
         old += [(path, _ABANDONED) for path in self._folder.glob(".*") if path.is_file()]
         present = {(path, path.stat().st_ino): limit for path, limit in old}
         now = self._clock()

@@ -76,12 +76,12 @@ def create_app(
         )
         await jobs.start()
         metrics.watch(workers=runs_on.alive, queued=lambda: jobs.waiting, running=lambda: jobs.running)
-        intake = ImportWorker(settings.upload_time_limit, settings.max_uploads)
+        import_worker = ImportWorker(settings.upload_time_limit, settings.max_uploads)
         monitor = Monitor(runs_on, settings.self_test_every)
         acceptance = Acceptance(settings)
         evaluations = Evaluations(runs_on, limit=settings.evaluate_limit, most=settings.max_evaluations)
         library, imports = Library(settings.data_dir), Imports()
-        app.state.duocell = State(settings, jobs, acceptance, evaluations, monitor, library, intake, imports)
+        app.state.duocell = State(settings, jobs, acceptance, evaluations, monitor, library, import_worker, imports)
         background = [asyncio.create_task(monitor.watch()), asyncio.create_task(_load_robots(monitor))]
         try:
             yield
@@ -92,7 +92,7 @@ def create_app(
             await jobs.close(settings.drain)
             await acceptance.stop()
             await imports.stop()
-            await intake.stop()
+            await import_worker.stop()
             await runs_on.stop()
 
     app = FastAPI(

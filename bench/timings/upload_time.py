@@ -19,7 +19,7 @@ import trimesh
 from bench.timings.server import serving
 from duocell.models.base.arrays import Floats
 from duocell.service.settings import Limits
-from duocell.service.uploads.robot_intake import RobotFiles, robot_from_files
+from duocell.service.uploads.robot_import import RobotFiles, robot_from_files
 
 LINKS = ("base_link", "shoulder", "upper_arm", "elbow", "forearm", "wrist", "hand")
 AXES = ("0 0 1", "0 1 0", "0 1 0", "1 0 0", "0 1 0", "1 0 0")

@@ -22,7 +22,7 @@ from duocell.models.kinematics.nominal import posture_form
 from duocell.models.robot.robot import Robot
 from duocell.service.common.issues import InvalidRequest
 from duocell.service.settings import Limits
-from duocell.service.uploads.robot_intake import RobotFiles, robot_from_files
+from duocell.service.uploads.robot_import import RobotFiles, robot_from_files
 from tests.support.given.own_robot import zipped
 
 COUNT = 400

@@ -27,7 +27,7 @@ class State:
     evaluations: Evaluations
     monitor: Monitor
     library: Library
-    intake: ImportWorker
+    import_worker: ImportWorker
     imports: Imports
 
 

@@ -25,8 +25,8 @@ from duocell.service.schemas.arm import LinearLimit, LinearLimitRows
 from duocell.service.settings import Limits, Settings
 from duocell.service.uploads.form import Form, read_form
 from duocell.service.uploads.imports import Import, Imports
-from duocell.service.uploads.mesh_intake import mesh_from_file
-from duocell.service.uploads.robot_intake import RobotFiles, robot_from_upload
+from duocell.service.uploads.mesh_import import mesh_from_file
+from duocell.service.uploads.robot_import import RobotFiles, robot_from_upload
 from duocell.service.validation import validate
 from duocell.service.validation.strict_json import NotJson, parse
 from duocell.service.workers.executor import Report
@@ -38,21 +38,21 @@ MOST_LABEL = 200
 """Characters of the label of a mesh."""
 
 
-async def take_robot(request: Request, library: Library, intake: ImportWorker, settings: Settings) -> str:
+async def take_robot(request: Request, library: Library, import_worker: ImportWorker, settings: Settings) -> str:
     """Keep the robot in the body of a request; returns its name.
 
     Raises:
         Problem: the body is no form or too large, the name is taken, there is no place for another robot.
         InvalidRequest: the robot cannot be used.
     """
-    async with intake.place():
+    async with import_worker.place():
         files = await _robot_sent(request, library, settings)
-        await _keep_robot(files, library, intake, settings, lambda kind, data: None)
+        await _keep_robot(files, library, import_worker, settings, lambda kind, data: None)
     return files.name
 
 
 async def begin_robot(
-    request: Request, library: Library, intake: ImportWorker, settings: Settings, imports: Imports, owner: str
+    request: Request, library: Library, import_worker: ImportWorker, settings: Settings, imports: Imports, owner: str
 ) -> Import:
     """As `take_robot`, but once the body is there nobody waits for the rest.
 
@@ -60,13 +60,13 @@ async def begin_robot(
         Problem, InvalidRequest: as far as that is seen without the files being read.
     """
     async with AsyncExitStack() as stack:
-        await stack.enter_async_context(intake.place())
+        await stack.enter_async_context(import_worker.place())
         files = await _robot_sent(request, library, settings)
         held = stack.pop_all()
 
     async def work(report: Report) -> None:
         async with held:
-            await _keep_robot(files, library, intake, settings, report)
+            await _keep_robot(files, library, import_worker, settings, report)
 
     return imports.begin(owner, files.name, work)
 
@@ -90,17 +90,17 @@ async def _robot_sent(request: Request, library: Library, settings: Settings) ->
 
 
 async def _keep_robot(
-    files: RobotFiles, library: Library, intake: ImportWorker, settings: Settings, report: Report
+    files: RobotFiles, library: Library, import_worker: ImportWorker, settings: Settings, report: Report
 ) -> None:
     limits = Limits(**settings.model_dump())
-    robot = await intake.run(robot_from_upload, files, limits, _pieces(settings), report=report)
+    robot = await import_worker.run(robot_from_upload, files, limits, _pieces(settings), report=report)
     dated = replace(robot, created_at=timestamp(datetime.now(UTC)) or "")
     if not await run_in_threadpool(_put, library, library.robot_store, files.name, as_document(dated), settings):
         raise _exists(files.name)
 
 
 async def take_mesh(
-    request: Request, library: Library, intake: ImportWorker, settings: Settings
+    request: Request, library: Library, import_worker: ImportWorker, settings: Settings
 ) -> tuple[UserMesh, bool]:
     """Keep the mesh in the body of a request; returns it, and whether it is new.
 
@@ -108,7 +108,7 @@ async def take_mesh(
         Problem: the body is no form or too large, or there is no place for another mesh.
         InvalidRequest: the mesh cannot be used.
     """
-    async with intake.place():
+    async with import_worker.place():
         form = await read_form(
             request,
             texts=("name",),
@@ -121,7 +121,7 @@ async def take_mesh(
         label = form.texts.get("name", file.name)
         _check_label(label)
         _check_place(library.mesh_store, settings)
-        mesh = await intake.run(mesh_from_file, file.data, file.name, label, _pieces(settings))
+        mesh = await import_worker.run(mesh_from_file, file.data, file.name, label, _pieces(settings))
     dated = replace(mesh, created_at=timestamp(datetime.now(UTC)) or "")
     new = await run_in_threadpool(_put, library, library.mesh_store, mesh.id, mesh_document(dated), settings)
     kept = await run_in_threadpool(library.user_mesh, mesh.id)

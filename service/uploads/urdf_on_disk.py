@@ -18,7 +18,7 @@ from duocell.models.robot.robot import Robot
 from duocell.service.library.document_store import DocumentStore
 from duocell.service.library.piece_files import PieceFiles
 from duocell.service.library.user_robot import FORMAT, UserRobot, as_document, from_document
-from duocell.service.uploads.robot_intake import ESTIMATE, Described, RobotFiles, complete, describe, version_of
+from duocell.service.uploads.robot_import import ESTIMATE, Described, RobotFiles, complete, describe, version_of
 
 CACHE = 2
 """Of what is kept; raised when meshes are taken apart another way."""
@@ -33,7 +33,7 @@ def robot_on_disk(
     missing_meshes: MissingMeshes = "refuse",
     progress: Callable[[str, int, int], None] = lambda link, done, total: None,
 ) -> UserRobot:
-    """A robot from a file, as `duocell.service.uploads.robot_intake.robot_from_files` makes it from an upload.
+    """A robot from a file, as `duocell.service.uploads.robot_import.robot_from_files` makes it from an upload.
 
     Args:
         name: that it is to have.

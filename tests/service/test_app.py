@@ -29,11 +29,11 @@ def test_the_catalogue_is_listed(client: TestClient) -> None:
 
 def test_the_catalogue_is_the_same_from_the_process_that_loads_it(client: TestClient) -> None:
     async def listed() -> object:
-        intake = ImportWorker(60.0, 1)
+        import_worker = ImportWorker(60.0, 1)
         try:
-            return await intake.run(load_catalogue)
+            return await import_worker.run(load_catalogue)
         finally:
-            await intake.stop()
+            await import_worker.stop()
 
     assert asyncio.run(listed()) == client.get("/v1/robots").json()["items"]
 

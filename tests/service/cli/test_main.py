@@ -21,7 +21,7 @@ from duocell.service.cli.solve import exit_code, show
 from duocell.service.library.library import Library
 from duocell.service.library.user_robot import as_document
 from duocell.service.settings import Limits
-from duocell.service.uploads.robot_intake import RobotFiles, robot_from_files
+from duocell.service.uploads.robot_import import RobotFiles, robot_from_files
 from tests.support.given import own_robot
 
 Document = dict[str, Any]

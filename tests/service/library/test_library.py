@@ -27,8 +27,8 @@ from duocell.service.library.user_mesh import mesh_document
 from duocell.service.library.user_robot import UserRobot, as_document, from_document, shape_document, shape_from
 from duocell.service.requests.accept import accept
 from duocell.service.settings import Limits, Settings
-from duocell.service.uploads.mesh_intake import mesh_from_file
-from duocell.service.uploads.robot_intake import RobotFiles, robot_from_files
+from duocell.service.uploads.mesh_import import mesh_from_file
+from duocell.service.uploads.robot_import import RobotFiles, robot_from_files
 from duocell.service.workers.solving import solve_request
 from tests.support.given import own_robot
 from tests.support.given.solids import KINDS, SEED, random_pose, random_shape

@@ -20,9 +20,9 @@ from duocell.models.geometry.piece_cache import PiecesInMemory, key_of
 from duocell.service.common.issues import InvalidRequest
 from duocell.service.library.piece_files import PieceFiles
 from duocell.service.settings import Limits
-from duocell.service.uploads import mesh_intake
-from duocell.service.uploads.mesh_intake import mesh_from_file
-from duocell.service.uploads.robot_intake import RobotFiles, robot_from_files
+from duocell.service.uploads import mesh_import
+from duocell.service.uploads.mesh_import import mesh_from_file
+from duocell.service.uploads.robot_import import RobotFiles, robot_from_files
 from tests.service.uploads.test_robot_upload import send
 from tests.support.given.own_robot import as_stl, fork, meshes, urdf, zipped
 
@@ -40,7 +40,7 @@ def made(monkeypatch: pytest.MonkeyPatch) -> list[int]:
         return decompose(mesh, most)
 
     monkeypatch.setattr(link_meshes, "decompose", counted)
-    monkeypatch.setattr(mesh_intake, "decompose", counted)
+    monkeypatch.setattr(mesh_import, "decompose", counted)
     return found
 
 

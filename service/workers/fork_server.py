@@ -23,6 +23,13 @@ FIRST_WITHIN = 300.0
 NEXT_WITHIN = 10.0
 """s for a process where they are loaded: it takes milliseconds. Then the fork server is taken for stopped."""
 
+UNREACHABLE = (TimeoutError, ConnectionError, FileNotFoundError, EOFError)
+"""What a fork server that has stopped, is dying, or has lost its socket is known by.
+
+One that is dying has closed its socket a while before the system counts it as dead. Until then `multiprocessing` would
+ask it again, so its end must be waited for.
+"""
+
 _loaded: set[int] = set()
 """Fork servers that have started a process, and so have loaded the engines."""
 
@@ -46,23 +53,25 @@ async def start_process(
     """A new process that runs ``target`` on one end of a socket and some arguments, and the other end.
 
     Raises:
-        TimeoutError: it was not started in time. The fork server has been killed, and the next call gets another one.
-        OSError, EOFError: it could not be started.
+        TimeoutError, ConnectionError, FileNotFoundError, EOFError: the fork server did not answer in time, or cannot be
+            reached. It has been ended, and the next call gets another one.
+        OSError: it could not be started.
     """
     warm_up()
+    asked = _pid()
     ours, theirs = socket.socketpair()
     process = context().Process(target=target, args=(theirs, *arguments), name=name, daemon=True)
     begun: asyncio.Future[None] = asyncio.get_running_loop().create_future()
     # A thread of its own: one that hangs must take no place in a pool that others need.
     threading.Thread(target=_start, args=(process, begun), name=f"start {name}", daemon=True).start()
-    limit = NEXT_WITHIN if _pid() in _loaded else FIRST_WITHIN
+    limit = NEXT_WITHIN if asked in _loaded else FIRST_WITHIN
     try:
         async with asyncio.timeout(limit):
             await begun
     except BaseException as error:
         ours.close()
-        if isinstance(error, TimeoutError):
-            log.error("the process that others are forked from did not answer within %g s and is killed", limit)
+        if isinstance(error, UNREACHABLE) and asked == _pid():  # nobody has found another one meanwhile
+            log.error("the process that others are forked from is ended: no answer within %g s (%r)", limit, error)
             await kill()
         raise
     finally:

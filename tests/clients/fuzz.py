@@ -21,6 +21,7 @@ from duocell.service.http.keys import hash_line, new_key
 ROOT = Path(__file__).parents[2]
 DOCUMENT = ROOT / "docs" / "openapi.json"
 SCHEMATHESIS = Path(sys.executable).with_name("schemathesis")
+HOOKS = Path(__file__).with_name("hooks.py")
 SEED = 20
 
 CHEAP = {
@@ -61,7 +62,7 @@ def run(url: str, key: str, log: Path, examples: int, phases: str = "examples,co
         command = [SCHEMATHESIS, "--config-file", Path(__file__).with_name("schemathesis.toml"), "run", DOCUMENT]
         options = ["--url", url, "--header", f"X-API-Key: {key}", "--phases", phases]
         options += ["--seed", str(SEED), "--max-examples", str(examples)]
-        environment = os.environ | {"NO_COLOR": "1", "COLUMNS": "200"}
+        environment = os.environ | {"NO_COLOR": "1", "COLUMNS": "200", "SCHEMATHESIS_HOOKS": str(HOOKS)}
         done = subprocess.run(
             [*map(str, command), *options], cwd=folder, env=environment, capture_output=True, text=True, check=False
         )

@@ -31,6 +31,7 @@ from duocell.service.observability import metrics, telemetry
 from duocell.service.settings import Settings
 from duocell.service.store.sql import SqlJobStore
 from duocell.service.uploads.imports import Imports
+from duocell.service.uploads.places import upload_places
 from duocell.service.workers.acceptance import Acceptance
 from duocell.service.workers.executor import Executor
 from duocell.service.workers.health import Monitor
@@ -76,12 +77,14 @@ def create_app(
         )
         await jobs.start()
         metrics.watch(workers=runs_on.alive, queued=lambda: jobs.waiting, running=lambda: jobs.running)
-        import_worker = ImportWorker(settings.upload_time_limit, settings.max_uploads)
+        import_worker = ImportWorker(settings.upload_time_limit)
         monitor = Monitor(runs_on, settings.self_test_every)
         acceptance = Acceptance(settings)
         evaluations = Evaluations(runs_on, limit=settings.evaluate_limit, most=settings.max_evaluations)
-        library, imports = Library(settings.data_dir), Imports()
-        app.state.duocell = State(settings, jobs, acceptance, evaluations, monitor, library, import_worker, imports)
+        library, imports, places = Library(settings.data_dir), Imports(), upload_places(settings)
+        app.state.duocell = State(
+            settings, jobs, acceptance, evaluations, monitor, library, import_worker, places, imports
+        )
         background = [asyncio.create_task(monitor.watch()), asyncio.create_task(_load_robots(monitor))]
         try:
             yield
@@ -115,7 +118,7 @@ def create_app(
 async def _load_robots(monitor: Monitor) -> None:
     """Load the catalogue once nothing more urgent is to be done, in a process for this alone: nobody waits for it."""
     await monitor.first_pass.wait()
-    elsewhere = ImportWorker(LOAD_WITHIN, 1)
+    elsewhere = ImportWorker(LOAD_WITHIN)
     try:
         take_catalogue(await elsewhere.run(load_catalogue))
     except (InvalidRequest, Problem) as error:

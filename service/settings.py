@@ -37,6 +37,8 @@ class Limits(BaseSettings):
     max_certificate_time: float = Field(default=600.0, gt=0.0, description="s, certificate.time_limit")
     max_upload: int = Field(default=50_000_000, gt=0, description="bytes of an upload of a robot or a mesh")
     max_uploads: int = Field(default=4, ge=1, description="uploads that are read at the same time, or wait for it")
+    max_arriving: int = Field(default=8, ge=1, description="uploads of one key or address that arrive at the same time")
+    max_arriving_in_all: int = Field(default=32, ge=1, description="uploads that arrive at the same time")
     max_kept: int = Field(default=1000, ge=1, description="robots, and meshes, that are kept of one key")
     upload_time_limit: float = Field(default=120.0, gt=0.0, description="s that reading an upload may take")
     keep_deleted: float = Field(

@@ -35,7 +35,8 @@ async def create_mesh(request: Request, state: StateOf) -> Response:
 
     It is taken apart into convex pieces, which takes seconds if it has dents. Nothing but the triangles is read.
     """
-    mesh, new = await take_mesh(request, library_of(request, state), state.import_worker, state.settings)
+    library = library_of(request, state)
+    mesh, new = await take_mesh(request, library, state.import_worker, state.places, state.settings)
     return JSONResponse(mesh_resource(mesh), 201 if new else 200, {"Location": mesh_address(mesh)})
 
 

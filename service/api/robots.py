@@ -60,11 +60,11 @@ async def create_robot(request: Request, state: StateOf) -> Response:
     library = library_of(request, state)
     if prefers_async(request.headers.getlist("prefer")):
         begun = await begin_robot(
-            request, library, state.import_worker, state.settings, state.imports, client_of(request)
+            request, library, state.import_worker, state.places, state.settings, state.imports, client_of(request)
         )
         headers = {"Location": begun.address, "Preference-Applied": "respond-async", "Retry-After": RETRY_AFTER}
         return JSONResponse(begun.document(), 202, headers)
-    name = await take_robot(request, library, state.import_worker, state.settings)
+    name = await take_robot(request, library, state.import_worker, state.places, state.settings)
     document = await run_in_threadpool(robot_document, name, library)
     return JSONResponse(document, 201, {"Location": f"/v1/robots/{name}"})
 

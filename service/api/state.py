@@ -12,6 +12,7 @@ from duocell.service.jobs.jobs import Jobs
 from duocell.service.library.library import Library
 from duocell.service.settings import Settings
 from duocell.service.uploads.imports import Imports
+from duocell.service.uploads.places import UploadPlaces
 from duocell.service.workers.acceptance import Acceptance
 from duocell.service.workers.health import Monitor
 from duocell.service.workers.import_worker import ImportWorker
@@ -28,6 +29,7 @@ class State:
     monitor: Monitor
     library: Library
     import_worker: ImportWorker
+    places: UploadPlaces
     imports: Imports
 
 

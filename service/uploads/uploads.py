@@ -23,9 +23,11 @@ from duocell.service.library.user_mesh import UserMesh, mesh_document
 from duocell.service.library.user_robot import as_document
 from duocell.service.schemas.arm import LinearLimit, LinearLimitRows
 from duocell.service.settings import Limits, Settings
-from duocell.service.uploads.form import Form, read_form
+from duocell.service.uploads.arrival import Parts, arrived
+from duocell.service.uploads.form import Form
 from duocell.service.uploads.imports import Import, Imports
 from duocell.service.uploads.mesh_import import mesh_from_file
+from duocell.service.uploads.places import UploadPlaces
 from duocell.service.uploads.robot_import import RobotFiles, robot_from_upload
 from duocell.service.validation import validate
 from duocell.service.validation.strict_json import NotJson, parse
@@ -37,22 +39,37 @@ log = logging.getLogger(__name__)
 MOST_LABEL = 200
 """Characters of the label of a mesh."""
 
+ROBOT_FORM = Parts(
+    texts=("name", "base_link", "tip", "missing_meshes", "linear_limits"),
+    files=("urdf", "meshes"),
+    required=("name", "urdf"),
+)
+MESH_FORM = Parts(texts=("name",), files=("mesh",), required=("mesh",))
 
-async def take_robot(request: Request, library: Library, import_worker: ImportWorker, settings: Settings) -> str:
+
+async def take_robot(
+    request: Request, library: Library, import_worker: ImportWorker, places: UploadPlaces, settings: Settings
+) -> str:
     """Keep the robot in the body of a request; returns its name.
 
     Raises:
         Problem: the body is no form or too large, the name is taken, there is no place for another robot.
         InvalidRequest: the robot cannot be used.
     """
-    async with import_worker.place():
-        files = await _robot_sent(request, library, settings)
+    async with arrived(request, places, ROBOT_FORM, settings) as form:
+        files = await _robot_sent(form, library, settings)
         await _keep_robot(files, library, import_worker, settings, lambda kind, data: None)
     return files.name
 
 
 async def begin_robot(
-    request: Request, library: Library, import_worker: ImportWorker, settings: Settings, imports: Imports, owner: str
+    request: Request,
+    library: Library,
+    import_worker: ImportWorker,
+    places: UploadPlaces,
+    settings: Settings,
+    imports: Imports,
+    owner: str,
 ) -> Import:
     """As `take_robot`, but once the body is there nobody waits for the rest.
 
@@ -60,8 +77,8 @@ async def begin_robot(
         Problem, InvalidRequest: as far as that is seen without the files being read.
     """
     async with AsyncExitStack() as stack:
-        await stack.enter_async_context(import_worker.place())
-        files = await _robot_sent(request, library, settings)
+        form = await stack.enter_async_context(arrived(request, places, ROBOT_FORM, settings))
+        files = await _robot_sent(form, library, settings)
         held = stack.pop_all()
 
     async def work(report: Report) -> None:
@@ -71,16 +88,8 @@ async def begin_robot(
     return imports.begin(owner, files.name, work)
 
 
-async def _robot_sent(request: Request, library: Library, settings: Settings) -> RobotFiles:
-    """What a request brings, if there is a place for it."""
-    form = await read_form(
-        request,
-        texts=("name", "base_link", "tip", "missing_meshes", "linear_limits"),
-        files=("urdf", "meshes"),
-        required=("name", "urdf"),
-        most=settings.max_upload,
-        within=settings.upload_time_limit,
-    )
+async def _robot_sent(form: Form, library: Library, settings: Settings) -> RobotFiles:
+    """What a form brings, if another robot may be kept."""
     name = form.texts["name"]
     _check_missing_meshes(form)
     files = _robot_files(name, form)
@@ -100,7 +109,7 @@ async def _keep_robot(
 
 
 async def take_mesh(
-    request: Request, library: Library, import_worker: ImportWorker, settings: Settings
+    request: Request, library: Library, import_worker: ImportWorker, places: UploadPlaces, settings: Settings
 ) -> tuple[UserMesh, bool]:
     """Keep the mesh in the body of a request; returns it, and whether it is new.
 
@@ -108,15 +117,7 @@ async def take_mesh(
         Problem: the body is no form or too large, or there is no place for another mesh.
         InvalidRequest: the mesh cannot be used.
     """
-    async with import_worker.place():
-        form = await read_form(
-            request,
-            texts=("name",),
-            files=("mesh",),
-            required=("mesh",),
-            most=settings.max_upload,
-            within=settings.upload_time_limit,
-        )
+    async with arrived(request, places, MESH_FORM, settings) as form:
         file = form.files["mesh"]
         label = form.texts.get("name", file.name)
         _check_label(label)

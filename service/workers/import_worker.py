@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
 from duocell.service.common.issues import InvalidRequest, Issue
@@ -37,31 +36,12 @@ class ImportWorker:
 
     Args:
         time_limit: s that an upload may take.
-        most: uploads at the same time, from the first byte to the answer; all but one of them wait.
     """
 
-    def __init__(self, time_limit: float, most: int) -> None:
+    def __init__(self, time_limit: float) -> None:
         self._time_limit = time_limit
-        self._most = most
-        self._present = 0
         self._turn = asyncio.Lock()
         self._processes: set[WorkerProcess] = set()
-
-    @asynccontextmanager
-    async def place(self) -> AsyncIterator[None]:
-        """A place for an upload, to be taken before its body is read.
-
-        Raises:
-            Problem: all are taken.
-        """
-        if self._present >= self._most:
-            detail = f"{self._present} uploads are being read already (DUOCELL_MAX_UPLOADS). Try again soon."
-            raise Problem("uploads-full", detail, headers={"Retry-After": RETRY_AFTER, "Connection": "close"})
-        self._present += 1
-        try:
-            yield
-        finally:
-            self._present -= 1
 
     async def run(self, function: Callable[..., Made], *arguments: Any, report: Report = _nobody) -> Made:
         """What a function makes of an upload.

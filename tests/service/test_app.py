@@ -29,7 +29,7 @@ def test_the_catalogue_is_listed(client: TestClient) -> None:
 
 def test_the_catalogue_is_the_same_from_the_process_that_loads_it(client: TestClient) -> None:
     async def listed() -> object:
-        import_worker = ImportWorker(60.0, 1)
+        import_worker = ImportWorker(60.0)
         try:
             return await import_worker.run(load_catalogue)
         finally:

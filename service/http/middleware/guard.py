@@ -45,8 +45,9 @@ class Guard:
         key = _presented(Headers(scope=scope))
         owner = self._keyring.owner(key) if self._keyring and key else None
         scope["duocell.key"] = owner  # for the log
+        scope["duocell.client"] = client = f"key {owner}" if owner else f"address {_address(scope)}"
         if self._buckets is not None:
-            allowance = self._buckets.take(f"key {owner}" if owner else f"address {_address(scope)}")
+            allowance = self._buckets.take(client)
             send = _with_limit(send, self._buckets.policy, allowance)
             if not allowance.granted:
                 await response(_too_many(allowance), scope["path"])(scope, receive, send)

@@ -418,8 +418,8 @@ def test_a_folder_that_cannot_be_written_is_a_problem(client_with: Callable[...,
 
 def test_too_many_at_once_are_told_to_come_back(client_with: Callable[..., TestClient]) -> None:
     client = client_with(max_uploads=1)
-    client.app.state.duocell.import_worker._present = 1  # type: ignore[attr-defined]
-    answer = send(client)
+    with client.app.state.duocell.places.reading.taken("another"):  # type: ignore[attr-defined]
+        answer = send(client)
     assert (answer.status_code, answer.json()["code"]) == (429, "uploads-full")
     assert answer.headers["retry-after"]
 

@@ -6,6 +6,8 @@ import os
 import signal
 import time
 from collections.abc import Callable, Coroutine
+from multiprocessing import forkserver
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -18,7 +20,7 @@ from tests.support.server import alive, children
 
 def asked(trial: Callable[[ImportWorker], Coroutine[Any, Any, None]], limit: float = 60.0) -> None:
     async def inside() -> None:
-        worker = ImportWorker(limit, 1)
+        worker = ImportWorker(limit)
         try:
             await trial(worker)
         finally:
@@ -58,6 +60,19 @@ def test_an_upload_is_read_after_the_fork_server_was_killed_or_stopped(
             ticks += 1
         assert await reading == 7
         assert ticks > 3
+        assert not any(alive(pid) for pid in before)
+
+    asked(trial)
+
+
+def test_an_upload_is_read_after_the_fork_server_has_lost_its_socket() -> None:
+    """As one has that is dying, for a while: it counts as alive and does not answer."""
+
+    async def trial(worker: ImportWorker) -> None:
+        assert await worker.run(operator.add, 1, 2) == 3
+        before = forkers()
+        Path(forkserver._forkserver._forkserver_address).unlink()  # type: ignore[attr-defined]
+        assert await worker.run(operator.add, 3, 4) == 7
         assert not any(alive(pid) for pid in before)
 
     asked(trial)

@@ -12,6 +12,7 @@ from duocell.models.base.arrays import Bools, Floats, Ints
 from duocell.models.base.pose import inverse, rotation_vector, transform
 from duocell.models.kinematics.batch_kinematics import forward_and_jacobian, pose_error
 from duocell.models.kinematics.chain import chain_of
+from duocell.models.robot.arm import Arm
 from duocell.models.robot.robot import Robot
 
 ITERATIONS = 12
@@ -54,35 +55,41 @@ def _exponentials(vectors: Floats) -> Floats:
     return rotations
 
 
-def keep_inside(
-    robot: Robot, base: Floats, flanges: Floats, joints: Floats, lower: Floats, upper: Floats
-) -> tuple[Floats, Bools]:
+def keep_inside(arm: Arm, base: Floats, flanges: Floats, joints: Floats) -> tuple[Floats, Bools]:
     """Joints of a redundant arm at the same poses, moved inside their limits by its spare freedom.
 
+    A joint that was beyond a limit is held at it, and so is a sum of joints beyond its linear limit: one more equation.
+
     Args:
-        robot: the arm. base: (4, 4) in the world.
+        arm: whose limits. base: (4, 4) in the world.
         flanges: (K, 4, 4) in the world.
         joints: (K, n) rad to begin with.
-        lower: (n,) rad. upper: (n,) rad.
 
     Returns:
         (K, n) rad, joints that were beyond a limit at it; and (K,) False where Newton's method does not arrive.
     """
-    chain, targets = chain_of(robot), inverse(base) @ flanges
+    chain, targets = chain_of(arm.robot), inverse(base) @ flanges
+    rows, lower, upper = arm.bounded_slopes[arm.dof :], arm.bounded_lower[arm.dof :], arm.bounded_upper[arm.dof :]
     held: Bools = np.zeros(joints.shape, dtype=np.bool_)
+    linked: Bools = np.zeros((len(joints), len(rows)), dtype=np.bool_)
     for _ in range(ITERATIONS):
-        held |= (joints < lower) | (joints > upper)
-        joints = np.clip(joints, lower, upper)
+        held |= (joints < arm.lower) | (joints > arm.upper)
+        joints = np.clip(joints, arm.lower, arm.upper)
         rotations, positions, jacobians = forward_and_jacobian(chain, joints)
-        error = pose_error(rotations, positions, targets)
+        sums = joints @ rows.T
+        inside = np.clip(sums, lower, upper)
+        linked |= np.abs(sums - inside) > REACHED
+        error = np.concatenate([pose_error(rotations, positions, targets), inside - sums], axis=1)
         good: Bools = np.max(np.abs(error), axis=1) < REACHED
         if np.all(good):
             break
-        free = np.where(held[:, None, :], 0.0, jacobians)
+        slopes = np.concatenate([jacobians, np.where(linked[..., None], rows, 0.0)], axis=1)
+        free = np.where(held[:, None, :], 0.0, slopes)
         across = free.swapaxes(1, 2)
-        step = (across @ np.linalg.solve(free @ across + 1e-12 * np.eye(6), error[..., None]))[..., 0]
+        damped = free @ across + 1e-12 * np.eye(free.shape[1])
+        step = (across @ np.linalg.solve(damped, error[..., None]))[..., 0]
         joints = joints + np.where(good[:, None], 0.0, step)
-    return np.clip(joints, lower, upper), good
+    return np.clip(joints, arm.lower, arm.upper), good
 
 
 def follow(robot: Robot, base: Floats, flanges: Floats, before: Floats, after: Floats) -> tuple[Floats, Bools]:

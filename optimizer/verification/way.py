@@ -198,9 +198,9 @@ def _follower(arm: Arm, point: ArmSolution) -> Follower:
 def _continued(arm: Arm, base: Floats, flanges: Floats, at: _Intervals) -> tuple[Floats, Bools]:
     """Newton's method from the middles of the chords; a redundant arm gives way to its limits."""
     joints, arrived = follow(arm.robot, base, flanges, at.before, at.after)
-    beyond = np.any((joints < arm.lower) | (joints > arm.upper), axis=1) & arrived
+    beyond = np.any(arm.limit_excess(joints) > 0.0, axis=1) & arrived
     if arm.dof > 6 and np.any(beyond):
-        inside, good = keep_inside(arm.robot, base, flanges[beyond], joints[beyond], arm.lower, arm.upper)
+        inside, good = keep_inside(arm, base, flanges[beyond], joints[beyond])
         joints[beyond] = np.where(good[:, None], inside, joints[beyond])
     return joints, arrived
 

@@ -16,6 +16,7 @@ from duocell.models.kinematics.chain import chain_of
 from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.kinematics.kinematics import flange_poses
 from duocell.models.robot.arm import Arm
+from duocell.models.robot.linear_limits import LinearLimits
 from duocell.optimizer.clearance.path_samples import ObjectPath, follow, keep_inside
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.verification.way import follow_way
@@ -113,10 +114,39 @@ def test_a_redundant_arm_gives_way_to_a_limit_between_its_poses():
     upper[joint] = middle[joint] - 0.5 * over[joint]
     arm = replace(task.arm, upper=upper)
     assert follow_way(replace(task.cell, arms=(arm,)), arm, point).free
-    (inside,), arrived = keep_inside(arm.robot, base, flange, middle[None], arm.lower, upper)
+    (inside,), arrived = keep_inside(arm, base, flange, middle[None])
     assert arrived[0]
     assert inside[joint] == upper[joint]
     np.testing.assert_allclose(base @ flange_poses(arm.robot, inside[None])[0], flange[0], atol=1e-7)
+
+
+def test_a_redundant_arm_gives_way_to_a_linear_limit_between_its_poses():
+    task = possible("iiwa14", np.random.default_rng(4), poses=2, step=0.5)
+    point = ArmSolution(task.position, task.yaw, task.joints)
+    path, base = ObjectPath(task.cell.task.poses), task.arm.base_in_world(task.position, task.yaw)
+    flange = path.at(np.zeros(1, dtype=int), np.array([0.5])) @ task.arm.grasp @ inverse(task.arm.tool)
+    (middle,), _ = follow(task.arm.robot, base, flange, task.joints[:1], task.joints[1:])
+    row = np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0])
+    ends, over = float(np.max(task.joints @ row)), float(middle @ row)
+    assert over - ends > 5e-2
+    limits = LinearLimits(("sum",), row[None], np.array([over - 4.0]), np.array([over - 0.5 * (over - ends)]))
+    arm = replace(task.arm, linear_limits=limits)
+    assert follow_way(replace(task.cell, arms=(arm,)), arm, point).free
+    (inside,), arrived = keep_inside(arm, base, flange, middle[None])
+    assert arrived[0]
+    assert float(inside @ row) == pytest.approx(float(limits.upper[0]), abs=1e-8)
+    np.testing.assert_allclose(base @ flange_poses(arm.robot, inside[None])[0], flange[0], atol=1e-7)
+
+
+def test_joints_that_no_spare_freedom_brings_to_their_sum_do_not_arrive():
+    task = possible("iiwa14", np.random.default_rng(4), poses=2, step=0.5)
+    limits = LinearLimits(("sum",), np.eye(7)[:1], np.array([5.0]), np.array([6.0]))
+    arm = replace(task.arm, linear_limits=limits)
+    base = task.arm.base_in_world(task.position, task.yaw)
+    flange = base @ flange_poses(arm.robot, task.joints)
+    joints, arrived = keep_inside(arm, base, flange, task.joints)
+    assert not np.any(arrived)
+    assert np.all(np.isfinite(joints))
 
 
 def past_stretched(elbow: float, outwards: float = 0.0) -> tuple[Cell, Arm, ArmSolution]:

@@ -100,7 +100,7 @@ def distinct(problem: UnreducedProblem, seeds: Seeds, order: Ints, most: int, jo
     coordinate of the base by more than ``base`` [m]; joints without end by whole turns more, see `_marks`.
     """
     m = seeds.joints.shape[1]
-    looked_at = _marks(problem, seeds.joints[:, [0, (m - 1) // 2, m // 2, m - 1]]).reshape(-1, len(seeds))
+    looked_at = np.concatenate(_marks(problem, seeds.joints[:, [0, (m - 1) // 2, m // 2, m - 1]]))
     marks = np.concatenate([looked_at / joints, seeds.bases[:, :3].T / base])[:, order]
     alive: Bools = np.ones(len(order), dtype=np.bool_)
     kept = []

@@ -220,10 +220,14 @@ def _as_it_is(cell: Cell, problem: UnreducedProblem, seed: Seeds) -> list[Optimu
 
 
 def _recombined(found: Staged, nets: _Nets) -> Seeds:
-    """Candidates recombined at the best bases, those that the stages did not leave already first."""
+    """Candidates recombined at the best bases, those that the stages did not leave already first.
+
+    Where no candidate of the stages takes every pose, the bases are those of the seeds that were left before.
+    """
     parameters, middle = nets.parameters, found.middle
-    which = distinct_bases(found.seeds.bases, parameters.bases, parameters.near_base)
-    seeds = recombined(middle, found.seeds.bases[which], found.pool, parameters, nets.seed)
+    bases = found.seeds.bases if len(found.seeds) else found.pool.bases
+    which = distinct_bases(bases, parameters.bases, parameters.near_base)
+    seeds = recombined(middle, bases[which], found.pool, parameters, nets.seed)
     how = Iterations(parameters.final_iterations, parameters.key_pull, parameters.stiff)
     seeds = settled(middle, best_windings(middle, gauss_newton(middle, seeds, how)), parameters)
     seeds = carried(found.problem, seeds, found.middle_poses, parameters)

@@ -19,8 +19,9 @@ from duocell.optimizer.reduction.layers import LayeredPath
 from duocell.optimizer.settings import Settings
 from duocell.optimizer.single_arm.continuation import continue_paths
 from duocell.optimizer.single_arm.redundant.parameters import PARAMETERS
-from duocell.optimizer.single_arm.redundant.ranking import figures
-from duocell.optimizer.single_arm.redundant.unreduced import _one_of_a_kind
+from duocell.optimizer.single_arm.redundant.ranking import distinct, figures
+from duocell.optimizer.single_arm.redundant.stages import staged
+from duocell.optimizer.single_arm.redundant.unreduced import _Nets, _one_of_a_kind, _recombined
 from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, unreduced_problem
 from duocell.optimizer.single_arm.redundant.varied_paths import varied_paths
 from duocell.optimizer.single_arm.search import search_arm
@@ -147,3 +148,17 @@ def test_continued_paths_reach_every_pose_and_are_repeatable():
     for a, b in zip(first, second, strict=True):
         real(task.cell, task.arm, a)
         assert np.array_equal(a.joints, b.joints)
+
+
+def test_the_second_net_starts_from_the_seeds_that_were_left_where_no_candidate_took_every_pose():
+    task = possible("iiwa14", np.random.default_rng(19), half=(0.3, 0.3, 0.0, np.pi))
+    problem = unreduced_problem(task.cell, task.arm, search_box(task.cell, task.arm))
+    staged_ = staged(problem, PARAMETERS, 0)
+    assert staged_ is not None
+    none = np.zeros(0, dtype=np.int64)
+    nets = _Nets(0, time.perf_counter() + 600.0, lambda *_: [], PARAMETERS, np.inf)
+    emptied = replace(staged_, seeds=staged_.seeds.take(none), figures=staged_.figures.take(none))
+    second = _recombined(emptied, nets)
+    assert len(second)
+    assert np.min(figures(problem, second).error) < 1e-3
+    assert not len(distinct(problem, second.take(none), none, 4, 0.1, 0.1))

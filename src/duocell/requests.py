@@ -60,8 +60,9 @@ def read_request(source: str | PathLike[str] | bytes | Mapping[str, Any]) -> Req
     """A request for a layout.
 
     Args:
-        source: path of a JSON file (``str`` or ``Path``), its content (``bytes``), or the document as a dictionary:
-            a body of ``POST /v1/layouts`` (docs/request.md). Robots are those of the catalogue and D-H tables.
+        source: path of a JSON file (``str`` or ``Path``), its content (``bytes``, or a ``str`` that begins with a
+            brace), or the document as a dictionary: a body of ``POST /v1/layouts`` (docs/request.md). Robots are those
+            of the catalogue and D-H tables.
 
     Raises:
         InvalidRequest: no JSON document, or a request that cannot be carried out; ``issues`` holds everything that is
@@ -87,6 +88,8 @@ def _body(source: str | PathLike[str] | bytes | Mapping[str, Any]) -> bytes:
             return json.dumps(source, allow_nan=False).encode()
         except (TypeError, ValueError) as error:  # an array, NaN, a circle
             raise InvalidRequest([Issue("", f"The dictionary is no JSON document: {error}.")]) from error
+    if isinstance(source, str) and source.lstrip().startswith("{"):
+        return source.encode()
     return Path(source).read_bytes()
 
 

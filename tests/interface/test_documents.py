@@ -32,7 +32,11 @@ def bases() -> dict[str, list[float]]:
     return {placement.arm: [*placement.position, placement.yaw] for placement in layout().placements}
 
 
-@pytest.mark.parametrize("source", [LINE, str(LINE), LINE.read_bytes(), json.loads(LINE.read_text())], ids=type)
+@pytest.mark.parametrize(
+    "source",
+    [LINE, str(LINE), LINE.read_bytes(), LINE.read_text(), json.loads(LINE.read_text())],
+    ids=["path", "name", "bytes", "text", "document"],
+)
 def test_a_request_is_read_from_whatever_holds_it(source: Any) -> None:
     read = duocell.read_request(source)
     np.testing.assert_array_equal(read.cell.task.poses, request_().cell.task.poses)

@@ -94,7 +94,7 @@ class RowCollector:
         ways, spare = self.along[arm], self.unknowns.spare[arm]
         rows[:, self.unknowns.base(arm)] = np.einsum("kn,knb->kb", slopes, ways.by_base[at])
         if spare:
-            pulled = np.einsum("kn,knd->kd", slopes, ways.by_spare[at])
+            pulled = np.einsum("kn,knd->kd", slopes, ways.by_nullspace[at])
             step, fraction = self.samples.step[at], self.samples.fraction[at]
             for pose, share in ((step, 1.0 - fraction), (step + 1, fraction)):
                 places = self.unknowns.first_spare[arm] + pose[:, None] * spare + np.arange(spare)

@@ -65,11 +65,11 @@ class Directions:
 
     Attributes:
         by_base: (K, n, 4) rad per unknown of the base.
-        by_spare: (K, n, d) rad, unit motions that leave the hand at rest.
+        by_nullspace: (K, n, d) rad, unit motions that leave the hand at rest.
     """
 
     by_base: Floats
-    by_spare: Floats
+    by_nullspace: Floats
 
 
 def directions(arm: Arm, rotation: Floats, joints: Floats) -> Directions:
@@ -98,7 +98,7 @@ def move(
         q = point.joints + ways.by_base @ base
         first, spare = unknowns.first_spare[a], unknowns.spare[a]
         if spare:
-            q = q + np.einsum("mnd,md->mn", ways.by_spare, step[first : first + spare * len(q)].reshape(-1, spare))
+            q = q + np.einsum("mnd,md->mn", ways.by_nullspace, step[first : first + spare * len(q)].reshape(-1, spare))
         position, yaw = point.position + base[:3], point.yaw + float(base[3])
         base_there = arm.base_in_world(position, yaw)
         found, missing = brought_onto(arm, point.signs, base_there, cell.flange_targets(arm), point.joints, q)

@@ -66,11 +66,11 @@ def _pull(cell: Cell, arm: Arm, joints: Floats) -> Floats:
 
 def _slopes(ways: Directions) -> Floats:
     """(m, n, 4 + m d) derivatives of the joints by the arm's own unknowns."""
-    m, n, spare = ways.by_spare.shape
+    m, n, spare = ways.by_nullspace.shape
     slopes = np.zeros((m, n, BASE + m * spare))
     slopes[:, :, :BASE] = ways.by_base
     for d in range(spare):
-        slopes[np.arange(m), :, BASE + spare * np.arange(m) + d] = ways.by_spare[:, :, d]
+        slopes[np.arange(m), :, BASE + spare * np.arange(m) + d] = ways.by_nullspace[:, :, d]
     return slopes
 
 

@@ -12,7 +12,7 @@ from duocell.models.cell.coupling import Coupling
 from duocell.optimizer.coupled.candidates.followed import FollowedProblem
 from duocell.optimizer.coupled.candidates.placements import Placements, moved
 from duocell.optimizer.coupled.candidates.unknowns import TiedUnknowns
-from duocell.optimizer.coupled.combinations.place_tied import tie_lacks
+from duocell.optimizer.coupled.combinations.project_positions import tie_lacks
 
 STEPS, TURNS = 5, 12
 """Gauss-Newton steps onto the rows of positions, and of yaws; a turn that ends at a limit is made up for by others."""

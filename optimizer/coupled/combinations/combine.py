@@ -10,8 +10,8 @@ import numpy as np
 
 from duocell.models.base.arrays import Floats
 from duocell.models.cell.cell import Cell
-from duocell.optimizer.coupled.combinations.place_tied import tied
 from duocell.optimizer.coupled.combinations.pool import Member, Pool
+from duocell.optimizer.coupled.combinations.project_positions import tied
 from duocell.optimizer.monitoring.watch import check_stop
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import ReducedProblem

@@ -45,7 +45,7 @@ def test_a_moved_layout_is_exactly_on_its_task_and_moves_as_the_directions_say(n
     change = moved[0].joints - point.joints
     expected = along[0].by_base @ step[:4]
     if unknowns.spare[0]:
-        expected = expected + np.einsum("mnd,md->mn", along[0].by_spare, step[4:].reshape(len(cell.task), -1))
+        expected = expected + np.einsum("mnd,md->mn", along[0].by_nullspace, step[4:].reshape(len(cell.task), -1))
     assert np.abs(change - expected).max() < 1e-7
 
 

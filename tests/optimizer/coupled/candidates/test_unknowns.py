@@ -10,7 +10,7 @@ import pytest
 from duocell.models.base.pose import rotation_z, transform
 from duocell.models.cell.coupling import Direction, Mirror, Rail, SameHeight
 from duocell.optimizer.coupled.candidates.unknowns import TiedUnknowns
-from duocell.optimizer.coupled.combinations.place_tied import tie_lacks
+from duocell.optimizer.coupled.combinations.project_positions import tie_lacks
 from tests.support.given.cells import beam_pair
 
 BOXES = np.array([[[-1.0, 0.5], [-0.8, 0.9], [0.0, 0.4]], [[-0.6, 1.2], [-0.9, 0.8], [0.1, 0.5]]])

@@ -131,23 +131,6 @@ def _depth(body: LinkBody, frames: Any, points: Any) -> Any:
 
 
 OBSTACLE = {"name": "fixture", "pose": {"position": [0.1, 0.0, 1.0], "orientation": {"rpy": [0.0, 0.0, 0.0]}}}
-REQUEST: dict[str, Any] = {
-    "task": {
-        "line": {
-            "start": {"position": [0.6, -0.2, 0.6], "orientation": {"rpy": [0.0, 3.1415926536, 0.0]}},
-            "end": {"position": [0.6, 0.2, 0.6], "orientation": {"rpy": [0.0, 3.1415926536, 0.0]}},
-            "count": 5,
-        }
-    },
-    "arms": [
-        {
-            "name": "arm",
-            "robot": "own",
-            "grasp": {"position": [0.0, 0.0, 0.0], "orientation": {"rpy": [0.0, 0.0, 0.0]}},
-            "base": {"x": [-0.5, 0.5], "y": [-0.5, 0.5], "z": 0.0, "yaw": [-3.1416, 3.1416]},
-        }
-    ],
-}
 
 
 def test_layouts_keep_clear_with_the_meshes_that_were_brought(tmp_path: Path, own: UserRobot) -> None:
@@ -156,7 +139,7 @@ def test_layouts_keep_clear_with_the_meshes_that_were_brought(tmp_path: Path, ow
     library.robot_store.put("own", as_document(own))
     mesh = mesh_from_file(own_robot.as_stl(own_robot.fork()), "fork.stl", "fork")
     library.mesh_store.put(mesh.id, mesh_document(mesh))
-    request = REQUEST | {"obstacles": [OBSTACLE | {"shape": {"type": "mesh", "id": mesh.id, "scale": 1.0}}]}
+    request = own_robot.REQUEST | {"obstacles": [OBSTACLE | {"shape": {"type": "mesh", "id": mesh.id, "scale": 1.0}}]}
     accepted = accept(json.dumps(request).encode(), Settings(), library)
     result = solve_request(accepted.text, accepted.request_hash, 30.0, library)
     arm, found = result["arms"][0], result["clearances"]["arm_obstacle"]

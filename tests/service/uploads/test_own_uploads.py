@@ -15,9 +15,8 @@ from duocell.service.http.keys import hash_line, new_key
 from duocell.service.library.document_stores import DocumentStores, View
 from duocell.service.library.library import Library
 from duocell.service.workers.solving import solve_request
-from tests.service.uploads.test_robot_upload import REQUEST
 from tests.service.uploads.test_robot_upload import send as send_robot
-from tests.support.given.own_robot import as_stl, fork, urdf
+from tests.support.given.own_robot import REQUEST, as_stl, fork, urdf
 
 Make = Callable[..., TestClient]
 NAMES = ("Press", "press", "gateway")

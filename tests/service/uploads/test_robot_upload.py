@@ -22,27 +22,9 @@ from duocell.service.settings import Settings
 from duocell.service.workers.solving import solve_request
 from tests.service.conftest import FakeExecutor
 from tests.support.given import own_robot
-from tests.support.given.own_robot import BASE, UPPER, WRIST, urdf, zipped
+from tests.support.given.own_robot import BASE, REQUEST, UPPER, WRIST, urdf, zipped
 
 Document = dict[str, Any]
-
-REQUEST: Document = {
-    "task": {
-        "line": {
-            "start": {"position": [0.6, -0.2, 0.6], "orientation": {"rpy": [0.0, 3.1415926536, 0.0]}},
-            "end": {"position": [0.6, 0.2, 0.6], "orientation": {"rpy": [0.0, 3.1415926536, 0.0]}},
-            "count": 5,
-        }
-    },
-    "arms": [
-        {
-            "name": "arm",
-            "robot": "own",
-            "grasp": {"position": [0.0, 0.0, 0.0], "orientation": {"rpy": [0.0, 0.0, 0.0]}},
-            "base": {"x": [-0.5, 0.5], "y": [-0.5, 0.5], "z": 0.0, "yaw": [-3.1416, 3.1416]},
-        }
-    ],
-}
 
 
 def form(**parts: Any) -> Document:

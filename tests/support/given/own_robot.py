@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import zipfile
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import trimesh
@@ -25,6 +26,25 @@ COLLISIONS = {
     "forearm": '<cylinder radius="0.05" length="0.2"/>',
     "wrist": f'<mesh filename="{WRIST}"/>',
 }
+
+REQUEST: dict[str, Any] = {
+    "task": {
+        "line": {
+            "start": {"position": [0.6, -0.2, 0.6], "orientation": {"rpy": [0.0, 3.1415926536, 0.0]}},
+            "end": {"position": [0.6, 0.2, 0.6], "orientation": {"rpy": [0.0, 3.1415926536, 0.0]}},
+            "count": 5,
+        }
+    },
+    "arms": [
+        {
+            "name": "arm",
+            "robot": "own",
+            "grasp": {"position": [0.0, 0.0, 0.0], "orientation": {"rpy": [0.0, 0.0, 0.0]}},
+            "base": {"x": [-0.5, 0.5], "y": [-0.5, 0.5], "z": 0.0, "yaw": [-3.1416, 3.1416]},
+        }
+    ],
+}
+"""A request for a layout with the robot `own`."""
 
 
 def collision(geometry: str) -> str:

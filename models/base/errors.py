@@ -7,6 +7,7 @@ DuocellError
 │   ├── InvalidRobot        D-H table, URDF or limits that define no arm
 │   ├── UnknownRobot        a name the catalogue does not hold
 │   └── UnknownMesh         an identifier nothing was uploaded under
+├── InvalidRequest          everything that is wrong with a request (duocell.service.common.issues)
 └── SolverFailure           an engine broke down; never the user's fault
 
 Every class has a stable ``code``; the service maps codes to HTTP problems.

@@ -8,6 +8,7 @@ from math import pi
 import numpy as np
 
 from duocell.models.base.arrays import Floats
+from duocell.models.base.errors import InvalidInput
 from duocell.models.base.pose import inverse
 from duocell.models.cell.coupling import Coupling
 from duocell.models.cell.surroundings import Surroundings
@@ -29,6 +30,9 @@ class Cell:
         name: label given by the user.
         surroundings: obstacles, part, floor, equipment of the arms, and the distances to keep.
         couplings: ties between the bases.
+
+    Raises:
+        InvalidInput: two arms have the same name; answers could not tell them apart.
     """
 
     task: Task
@@ -39,6 +43,13 @@ class Cell:
     couplings: tuple[Coupling, ...] = ()
 
     def __post_init__(self) -> None:
+        names = [arm.name for arm in self.arms]
+        for index, name in enumerate(names):
+            if name in names[:index]:
+                raise InvalidInput(
+                    f"another arm is called {name!r} too; names must be unique. Rename one of them.",
+                    f"/arms/{index}/name",
+                )
         for arm in self.arms:
             if arm.grasps is not None and len(arm.grasps) != len(self.task.starts):
                 raise ValueError(f"{arm.name} has {len(arm.grasps)} grasps for {len(self.task.starts)} jobs")

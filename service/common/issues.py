@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from duocell.models.base.errors import InvalidInput
+from duocell.models.base.errors import DuocellError, InvalidInput
 
 MOST_SHOWN = 20
 """IssueCollector listed in one answer; a request with thousands of bad poses needs no thousands of sentences."""
@@ -38,10 +38,11 @@ class Issue:
     code: str = "invalid-request"
 
 
-class InvalidRequest(Exception):
+class InvalidRequest(DuocellError):
     """A request that cannot be carried out as it stands.
 
     Attributes:
+        code: that of its issues if they agree.
         issues: at least one.
         more: how many others were found and not put into words.
     """
@@ -50,12 +51,8 @@ class InvalidRequest(Exception):
         super().__init__("; ".join(f"{issue.pointer}: {issue.detail}" for issue in issues[:MOST_SHOWN]))
         self.issues = tuple(issues)
         self.more = more
-
-    @property
-    def code(self) -> str:
-        """The code of its issues if they agree."""
         codes = {issue.code for issue in self.issues}
-        return codes.pop() if len(codes) == 1 else "invalid-request"
+        self.code = codes.pop() if len(codes) == 1 else "invalid-request"
 
 
 class _Place:

@@ -24,7 +24,7 @@ name                 what it is
 `Layout`             outcome, placements, reasons, certificate
 `result_document`    a layout as the ``result`` of the service's JSON
 `InvalidRequest`     a request that cannot be carried out, with everything that is wrong with it
-`DuocellError`       base of all other errors raised on purpose
+`DuocellError`       base of all errors raised on purpose, that one too
 ==================== ===================================================================================
 
 Lengths are metres and angles radians. Poses are (4, 4) arrays that take a point of the named frame into the frame that

@@ -55,6 +55,8 @@ def test_what_is_no_request_is_refused_in_one_way(source: Any) -> None:
     with pytest.raises(duocell.InvalidRequest) as refused:
         duocell.read_request(source)
     assert all(issue.detail for issue in refused.value.issues)
+    assert isinstance(refused.value, duocell.DuocellError)
+    assert refused.value.issues[0].detail in refused.value.detail
 
 
 def test_everything_that_is_wrong_is_told() -> None:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
+from duocell.models.base.errors import InvalidInput
 from duocell.models.base.pose import inverse, rotation_x, rotation_z, transform
 from duocell.models.cell.cell import DEFAULT_MAX_JOINT_STEP, Cell
 from duocell.models.cell.task import Task
@@ -54,3 +56,9 @@ def test_a_part_of_a_task_sequence_keeps_segments_weights_and_grasps():
     assert (len(one.task), one.task.starts, one.task.names) == (2, (0,), ("b",))
     assert np.array_equal(one.grasps(one.arms[0]), grasps[[1, 1]])
     assert np.array_equal(cell.part(0, 5).flange_targets(arm), cell.flange_targets(arm))
+
+
+def test_two_arms_of_one_name_are_refused():
+    with pytest.raises(InvalidInput, match="'left' too") as refused:
+        Cell(Task(POSES), (make_arm(name="left"), make_arm(name="right"), make_arm(name="left")))
+    assert refused.value.pointer == "/arms/2/name"

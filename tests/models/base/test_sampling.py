@@ -11,7 +11,7 @@ from duocell.models.base.sampling import even_points
 
 
 @given(st.integers(1, 7), st.integers(1, 300), st.integers(0, 1000))
-def test_points_lie_in_the_unit_cube_and_are_repeatable(dimension, count, seed):
+def test_points_lie_in_the_unit_cube_and_are_repeatable(dimension: int, count: int, seed: int) -> None:
     points = even_points(dimension, count, seed)
     assert points.shape == (count, dimension)
     assert points.min() >= 0.0
@@ -23,7 +23,7 @@ def test_points_lie_in_the_unit_cube_and_are_repeatable(dimension, count, seed):
 
 
 @pytest.mark.parametrize(("dimension", "count"), [(2, 128), (2, 256), (3, 256), (3, 1024), (4, 256)])
-def test_points_are_more_even_than_chance(dimension, count):
+def test_points_are_more_even_than_chance(dimension: int, count: int) -> None:
     """In every coordinate, and the largest gap in space is smaller than that of independent draws."""
     probes = np.random.default_rng(99).random((400, dimension))
 

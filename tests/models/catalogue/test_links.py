@@ -8,19 +8,21 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from duocell.models.base.arrays import Floats
 from duocell.models.catalogue import catalogue
-from duocell.models.catalogue.links import estimated_radius, link_bodies, provenance, skeleton
+from duocell.models.catalogue.links import LinkBody, estimated_radius, link_bodies, provenance, skeleton
 from duocell.models.geometry.bounding import bounding, segment_distances
 from duocell.models.geometry.shapes import Capsule, Sphere
 from duocell.models.kinematics.kinematics import reach
 from duocell.models.kinematics.link_frames import link_frames
+from duocell.models.robot.robot import Robot
 from tests.support.given.arms import general_six, oblique_wrist, puma_by_table
 
 ROBOTS = [catalogue.robot(name) for name in catalogue.names()] + [general_six(), oblique_wrist(), puma_by_table()]
 ESTIMATED = [robot for robot in ROBOTS if provenance(link_bodies(robot)) == "estimated"]
 
 
-def segments(robot, bodies, q):
+def segments(robot: Robot, bodies: tuple[LinkBody, ...], q: Floats) -> tuple[Floats, Floats]:
     """(K, B, 2, 3) capsule segments in the base frame, and their radii (B,)."""
     frames = link_frames(robot, q)
     bounds = [bounding(b.body.shape) for b in bodies]
@@ -33,7 +35,7 @@ def segments(robot, bodies, q):
 
 
 @pytest.mark.parametrize("robot", ESTIMATED, ids=lambda robot: robot.name)
-def test_capsules_contain_the_lines_between_joint_origins(robot):
+def test_capsules_contain_the_lines_between_joint_origins(robot: Robot) -> None:
     """At any posture: every point of the skeleton lies in a capsule."""
     bodies = link_bodies(robot)
     q = np.random.default_rng(0).uniform(-3.0, 3.0, (5, robot.dof))
@@ -50,7 +52,7 @@ def test_capsules_contain_the_lines_between_joint_origins(robot):
 
 
 @pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)
-def test_skeletons_join_the_joints(robot):
+def test_skeletons_join_the_joints(robot: Robot) -> None:
     for link in range(robot.dof + 1):
         corners = skeleton(robot, link)
         place = robot.joint_placements[link] if link < robot.dof else robot.flange_placement @ robot.flange()
@@ -59,7 +61,7 @@ def test_skeletons_join_the_joints(robot):
 
 
 @pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)
-def test_every_arm_has_bodies_with_provenance(robot):
+def test_every_arm_has_bodies_with_provenance(robot: Robot) -> None:
     bodies = link_bodies(robot)
     assert bodies
     assert all(0 <= body.link <= robot.dof for body in bodies)
@@ -70,14 +72,15 @@ def test_every_arm_has_bodies_with_provenance(robot):
 
 
 @pytest.mark.parametrize("robot", ESTIMATED, ids=lambda robot: robot.name)
-def test_the_estimated_radius_follows_the_stated_rule(robot):
+def test_the_estimated_radius_follows_the_stated_rule(robot: Robot) -> None:
     assert estimated_radius(robot, 0) == pytest.approx(0.085 * reach(robot))
     assert estimated_radius(robot, robot.dof) == pytest.approx(0.04 * reach(robot))
     for body in link_bodies(robot):
+        assert isinstance(body.body.shape, Capsule | Sphere)
         assert body.body.shape.radius == pytest.approx(estimated_radius(robot, body.link))
 
 
-def test_a_dh_arm_is_bent_like_its_table():
+def test_a_dh_arm_is_bent_like_its_table() -> None:
     """PUMA link 2: 149.1 mm along the shoulder axis, then 431.8 mm of upper arm across."""
     robot = catalogue.robot("puma560")
     corners = skeleton(robot, 2)
@@ -86,7 +89,7 @@ def test_a_dh_arm_is_bent_like_its_table():
     assert first @ second == pytest.approx(0.0, abs=1e-9)
 
 
-def test_capsules_end_flush_with_flange_and_mounting_face():
+def test_capsules_end_flush_with_flange_and_mounting_face() -> None:
     robot = catalogue.robot("xarm6")
     bodies = link_bodies(robot)
     q = np.zeros((1, 6))
@@ -98,12 +101,12 @@ def test_capsules_end_flush_with_flange_and_mounting_face():
 CITED = [robot for robot in ROBOTS if provenance(link_bodies(robot)) == "cited"]
 
 
-def test_some_arms_are_better_known():
+def test_some_arms_are_better_known() -> None:
     assert {"ur5e", "ur10e", "lrmate200id", "kr6_r900", "iiwa14"} <= {robot.name for robot in CITED}
 
 
 @pytest.mark.parametrize("robot", CITED, ids=lambda robot: robot.name)
-def test_cited_bodies_hang_together_along_the_arm(robot):
+def test_cited_bodies_hang_together_along_the_arm(robot: Robot) -> None:
     """Each link's bodies touch those of the link before, at any posture, and no body is out of proportion."""
     bodies = link_bodies(robot)
     ends, radii = segments(robot, bodies, np.random.default_rng(0).uniform(-3.0, 3.0, (5, robot.dof)))
@@ -121,7 +124,7 @@ def test_cited_bodies_hang_together_along_the_arm(robot):
 
 
 @pytest.mark.parametrize("robot", CITED, ids=lambda robot: robot.name)
-def test_cited_bodies_contain_every_joint_origin(robot):
+def test_cited_bodies_contain_every_joint_origin(robot: Robot) -> None:
     bodies = link_bodies(robot)
     q = np.random.default_rng(0).uniform(-3.0, 3.0, (5, robot.dof))
     ends, radii = segments(robot, bodies, q)
@@ -131,12 +134,12 @@ def test_cited_bodies_contain_every_joint_origin(robot):
         assert np.all(np.min(segment_distances(spots, ends) - radii, axis=1) < 0.0), joint
 
 
-def test_the_upper_arm_of_a_ur_is_beside_its_kinematic_line():
+def test_the_upper_arm_of_a_ur_is_beside_its_kinematic_line() -> None:
     """The shoulder offset (176 mm for a UR10e) that the joint origins know nothing of."""
     (arm,) = [body for body in link_bodies(catalogue.robot("ur10e")) if body.link == 2]
     assert np.linalg.norm(arm.body.pose[1, 3]) == pytest.approx(0.1762, abs=0.005)
 
 
-def test_a_user_s_robot_does_not_inherit_a_catalogue_name_s_data():
+def test_a_user_s_robot_does_not_inherit_a_catalogue_name_s_data() -> None:
     robot = replace(general_six(), name="ur10e")
     assert provenance(link_bodies(robot)) == "estimated"

@@ -14,7 +14,7 @@ from tests.support.given.arms import make_arm
 POSES = transform(rotation_z(np.array([0.1, 0.7])), np.array([[1.0, 2.0, 3.0], [1.1, 2.1, 3.1]]))
 
 
-def test_flange_targets_bring_the_tool_to_the_grasp():
+def test_flange_targets_bring_the_tool_to_the_grasp() -> None:
     grasp, tool = transform(rotation_x(0.4), [0.1, 0.2, 0.3]), transform(rotation_z(-1.0), [0.0, 0.1, 0.2])
     arm = make_arm("ur5e", tool=tool, grasp=grasp)
     cell = Cell(Task(POSES), (arm,))
@@ -24,16 +24,16 @@ def test_flange_targets_bring_the_tool_to_the_grasp():
     assert np.allclose(inverse(grasp) @ inverse(POSES) @ targets, inverse(tool), rtol=0.0, atol=1e-14)
 
 
-def test_without_tool_and_grasp_the_flange_is_the_object():
+def test_without_tool_and_grasp_the_flange_is_the_object() -> None:
     arm = make_arm("ur5e")
     assert np.allclose(Cell(Task(POSES), (arm,)).flange_targets(arm), POSES, rtol=0.0, atol=1e-15)
 
 
-def test_a_step_is_a_quarter_turn_unless_asked_otherwise():
+def test_a_step_is_a_quarter_turn_unless_asked_otherwise() -> None:
     assert Cell(Task(POSES), (make_arm(),)).max_joint_step == DEFAULT_MAX_JOINT_STEP == np.pi / 2
 
 
-def test_a_base_in_the_world_is_mount_then_yaw():
+def test_a_base_in_the_world_is_mount_then_yaw() -> None:
     arm = make_arm("ur5e", mount=rotation_x(0.5))
     assert not arm.upright
     assert make_arm("ur5e").upright
@@ -42,7 +42,7 @@ def test_a_base_in_the_world_is_mount_then_yaw():
     assert np.allclose(poses[1, :3, :3], rotation_x(0.5))
 
 
-def test_a_part_of_a_task_sequence_keeps_segments_weights_and_grasps():
+def test_a_part_of_a_task_sequence_keeps_segments_weights_and_grasps() -> None:
     poses = transform(rotation_z(np.linspace(0.0, 0.5, 6)), np.linspace([1.0, 2.0, 3.0], [1.1, 2.1, 3.1], 6))
     grasps = transform(rotation_x(np.array([0.1, 0.2, 0.3])), np.zeros((3, 3)))
     arm = make_arm("ur5e", grasps=grasps)

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from bench.judges.dense_mounting import carriers as judged_carriers
 from bench.judges.dense_shapes import coal_shape
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import rotation_x, transform
 from duocell.models.catalogue.links import LinkBody
 from duocell.models.cell.floor import Footprint
@@ -16,16 +17,15 @@ from duocell.models.cell.mounting import DEPTH, Mounting, face_depth
 from duocell.models.cell.surroundings import Clearances, Equipment, Pedestal, Surroundings
 from duocell.models.collision.collision import CollisionModel
 from duocell.models.geometry.floor_level import ABOVE, lowest
-from duocell.models.geometry.shapes import Body, Box, Capsule, Cylinder, HalfSpace
+from duocell.models.geometry.shapes import Body, Box, Capsule, Cylinder, HalfSpace, Shape
 from tests.support.given.arms import make_arm
-from tests.support.given.solids import KINDS, random_shape
+from tests.support.given.solids import FLOOR, KINDS, random_pose, random_shape
 
 UP = np.eye(3)
-FLOOR = Body("floor", np.eye(4), HalfSpace())
 BLOCK = Body("block", transform(UP, [-0.25, 0.0, -0.14]), Box(np.array([0.5, 2.0, 1.0])))
 
 
-def at(x, y, z, turn=UP):
+def at(x: float, y: float, z: float, turn: Floats = UP) -> Floats:
     return transform(turn, [x, y, z])[None]
 
 
@@ -33,24 +33,24 @@ def at(x, y, z, turn=UP):
     ("height", "carried"),
     [(0.0, True), (0.01, True), (DEPTH, True), (0.0201, False), (-0.0005, True), (-0.005, False)],
 )
-def test_a_floor_at_the_base_or_a_little_below_carries_it(height, carried):
+def test_a_floor_at_the_base_or_a_little_below_carries_it(height: float, carried: bool) -> None:
     assert Mounting([FLOOR]).carriers(at(0.3, 0.2, height), 0.0)[0, 0] == carried
 
 
 @pytest.mark.parametrize("x", [-1e-3, -1e-12, 0.0, 1e-12, 1e-3])
-def test_a_block_beside_the_base_never_carries_it(x):
+def test_a_block_beside_the_base_never_carries_it(x: float) -> None:
     assert not np.any(Mounting([BLOCK]).carriers(at(x, 0.0, 0.3), 0.0))
     assert Mounting([BLOCK]).carriers(at(-1e-3, 0.0, 0.36), 0.0)[0, 0]
 
 
-def test_only_the_first_surface_carries_and_flush_ones_together():
+def test_only_the_first_surface_carries_and_flush_ones_together() -> None:
     plate = Body("plate", transform(UP, [0.0, 0.0, 0.005]), Box(np.array([1.0, 1.0, 0.01])))
     assert Mounting([FLOOR, plate]).carriers(at(0.0, 0.0, 0.01), 0.0).tolist() == [[False, True]]
     beside = Body("beside", transform(UP, [1.0, 0.0, 0.005]), Box(np.array([1.0, 1.0, 0.01])))
     assert Mounting([plate, beside]).carriers(at(0.5, 0.0, 0.01), 0.0).tolist() == [[True, True]]
 
 
-def test_hanging_and_tilted_bases_look_along_their_own_axis():
+def test_hanging_and_tilted_bases_look_along_their_own_axis() -> None:
     ceiling = Body("ceiling", transform(rotation_x(np.pi), [0.0, 0.0, 2.5]), HalfSpace())
     assert Mounting([ceiling, FLOOR]).carriers(at(0.0, 0.0, 2.49, rotation_x(np.pi)), 0.0).tolist() == [[True, False]]
     wall = Body("wall", transform(rotation_x(np.pi / 2), [0.0, 1.0, 0.0]), HalfSpace())  # solid where y >= 1
@@ -58,7 +58,7 @@ def test_hanging_and_tilted_bases_look_along_their_own_axis():
     assert Mounting([FLOOR, wall]).carriers(at(0.0, 0.99, 0.001, tilted), 0.0).tolist() == [[False, True]]
 
 
-def test_of_a_pedestal_the_underside_is_the_face_and_of_meshes_the_lowest_point():
+def test_of_a_pedestal_the_underside_is_the_face_and_of_meshes_the_lowest_point() -> None:
     arm = make_arm("ur5e", "arm")
     pedestal = Surroundings(equipment={"arm": Equipment(pedestal=Pedestal(0.4, Footprint.disc(0.1)))})
     assert face_depth(pedestal, arm) == 0.4
@@ -68,14 +68,11 @@ def test_of_a_pedestal_the_underside_is_the_face_and_of_meshes_the_lowest_point(
     assert face_depth(meshes, arm) == pytest.approx(0.02)
 
 
-def test_bases_of_random_cells_stand_where_a_lowered_ball_lands():
+def test_bases_of_random_cells_stand_where_a_lowered_ball_lands() -> None:
     rng, met = np.random.default_rng(3), 0
     for _ in range(60):
-        bodies = []
-        for kind in KINDS:
-            pose = transform(Rotation.random(rng=rng).as_matrix(), rng.uniform(-0.4, 0.4, 3))
-            bodies.append(Body(kind, pose, random_shape(kind, rng)))
-        bases = [transform(Rotation.random(rng=rng).as_matrix(), rng.uniform(-0.4, 0.4, 3)) for _ in range(12)]
+        bodies = [Body(kind.__name__, random_pose(rng, 0.4), random_shape(kind, rng)) for kind in KINDS]
+        bases = [random_pose(rng, 0.4) for _ in range(12)]
         bases += [_above(body, rng) for body in bodies]
         found = Mounting(bodies).carriers(np.array(bases), 0.05)
         maybe = Mounting(bodies).possible_carriers(np.array(bases), 0.05, np.zeros(len(bases)))
@@ -87,12 +84,9 @@ def test_bases_of_random_cells_stand_where_a_lowered_ball_lands():
     assert met > 100
 
 
-def test_what_may_carry_a_base_nearby_is_told_beforehand():
+def test_what_may_carry_a_base_nearby_is_told_beforehand() -> None:
     rng = np.random.default_rng(4)
-    bodies = [
-        Body(kind, transform(Rotation.random(rng=rng).as_matrix(), rng.uniform(-0.3, 0.3, 3)), random_shape(kind, rng))
-        for kind in KINDS
-    ]
+    bodies = [Body(f"body {index}", random_pose(rng, 0.3), random_shape(kind, rng)) for index, kind in enumerate(KINDS)]
     mounting, excluded = Mounting(bodies), 0
     for body in bodies * 8:
         base, shift = _above(body, rng), rng.uniform(0.0, 0.1)
@@ -106,14 +100,14 @@ def test_what_may_carry_a_base_nearby_is_told_beforehand():
 
 
 @pytest.mark.parametrize("shape", [Box(np.array([0.4, 0.4, 0.6])), Cylinder(0.2, 0.6), Capsule(0.2, 0.3)])
-def test_no_base_that_starts_inside_or_beside_a_body_may_be_carried_by_it(shape):
+def test_no_base_that_starts_inside_or_beside_a_body_may_be_carried_by_it(shape: Shape) -> None:
     mounting = Mounting([Body("body", transform(UP, [0.0, 0.0, 0.3]), shape)])
     for x, z, possible in ((0.0, 0.1, False), (0.195, 0.1, False), (0.205, 0.1, False), (0.0, 0.61, True)):
         base = transform(UP, [x, 0.0, z + 0.05])
         assert mounting.possible_carriers(base[None], 0.05, np.array([0.01]))[0, 0] == possible
 
 
-def _above(body, rng):
+def _above(body: Body, rng: np.random.Generator) -> Floats:
     """A base whose mounting face, 50 mm below it, is at most 30 mm from the top of a body, seen along a random way."""
     turn = Rotation.random(rng=rng).as_matrix()
     start = body.pose[:3, 3] + rng.uniform(-0.03, 0.03, 3) + 2.0 * turn[:, 2]
@@ -128,21 +122,20 @@ def _above(body, rng):
     return transform(turn, start + rng.uniform(0.045, 0.075) * turn[:, 2])
 
 
-def test_the_lowest_point_of_a_body_is_where_a_rising_floor_meets_it():
+def test_the_lowest_point_of_a_body_is_where_a_rising_floor_meets_it() -> None:
     rng = np.random.default_rng(5)
     for kind in KINDS * 4:
-        pose = transform(Rotation.random(rng=rng).as_matrix(), rng.uniform(-0.3, 0.3, 3))
-        shape = random_shape(kind, rng)
+        pose, shape = random_pose(rng, 0.3), random_shape(kind, rng)
         ground = coal.Halfspace(np.array([0.0, 0.0, 1.0]), -10.0)
         placed = coal.Transform3s(pose[:3, :3], pose[:3, 3])
         gap = coal.distance(
             coal_shape(shape), placed, ground, coal.Transform3s(), coal.DistanceRequest(), coal.DistanceResult()
         )
-        assert lowest(Body(kind, pose, shape)) == pytest.approx(gap - 10.0, abs=1e-6)
+        assert lowest(Body(kind.__name__, pose, shape)) == pytest.approx(gap - 10.0, abs=1e-6)
 
 
 @pytest.mark.parametrize("name", ["ur10e", "irb120", "kassow_kr810"])
-def test_arms_stand_on_a_floor_whatever_link_has_the_metal_of_their_base(name):
+def test_arms_stand_on_a_floor_whatever_link_has_the_metal_of_their_base(name: str) -> None:
     arm = make_arm(name, "arm")
     model = CollisionModel([arm], Surroundings((FLOOR,), clearances=Clearances(arm_obstacle=0.0)))
     counted = model.counted(np.eye(4)[None])

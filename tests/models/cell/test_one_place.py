@@ -7,10 +7,11 @@ import pytest
 
 from duocell.models.cell.coupling.apart import Apart
 from duocell.models.cell.one_place import NEAREST, in_one_place, one_machine
+from duocell.models.robot.arm import Arm
 from tests.support.given.arms import make_arm
 
 
-def two(first: str, second: str) -> list:
+def two(first: str, second: str) -> list[Arm]:
     return [make_arm(first, "one"), make_arm(second, "other")]
 
 

@@ -9,16 +9,15 @@ import pytest
 
 from duocell.models.base.kept import KEPT
 from duocell.models.cell.singular_margins import ELBOW, margins_along, margins_at_poses, spare_terms
-from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.robot.arm import SINGULAR_WRIST
-from tests.support.given.arms import make_arm
+from tests.support.given.arms import form_of, make_arm
 
 
 @pytest.mark.parametrize("name", ["puma560", "ur10e"])
 @pytest.mark.parametrize("turn", [0.0, np.pi, 2.0 * np.pi])
-def test_elbow_and_wrist_are_spare_beyond_their_margins(name, turn):
+def test_elbow_and_wrist_are_spare_beyond_their_margins(name: str, turn: float) -> None:
     arm = make_arm(name)
-    form = closed_form(arm.robot)
+    form = form_of(arm.robot)
     straight = -form.turns[2] * form.planar.elbow_angle + turn
     for joint, zero, margin in ((2, straight, ELBOW), (4, form.wrist_zero + turn, SINGULAR_WRIST)):
         for side in (1.0, -1.0):
@@ -28,10 +27,10 @@ def test_elbow_and_wrist_are_spare_beyond_their_margins(name, turn):
                 assert bool(np.all(spare_terms(arm, q) >= 0.0)) == kept
 
 
-def test_where_singularities_are_allowed_the_wrist_needs_no_margin():
+def test_where_singularities_are_allowed_the_wrist_needs_no_margin() -> None:
     arm = make_arm("puma560")
     allowed = replace(arm, avoid_singularities=False)
-    form = closed_form(arm.robot)
+    form = form_of(arm.robot)
     q = np.array([0.0, 0.4, 0.5, 0.0, form.wrist_zero, 0.0])
     assert np.any(spare_terms(arm, q) < 0.0)
     assert np.all(spare_terms(allowed, q) >= 0.0)

@@ -19,7 +19,7 @@ SECOND = line(transform(rotation_z(2.0), [0.0, 0.6, 0.3]), transform(rotation_x(
 BOTH = task_sequence([TaskSegment("first", FIRST, 2.0), TaskSegment("second", SECOND, 0.5)])
 
 
-def test_segments_follow_each_other_with_their_names_and_weights():
+def test_segments_follow_each_other_with_their_names_and_weights() -> None:
     assert np.array_equal(BOTH.poses, np.concatenate([FIRST.poses, SECOND.poses]))
     assert (BOTH.starts, BOTH.names) == ((0, 3), ("first", "second"))
     assert BOTH.weights.tolist() == [2.0] * 3 + [0.5] * 5
@@ -30,7 +30,7 @@ def test_segments_follow_each_other_with_their_names_and_weights():
     assert BOTH.weight_scale == pytest.approx(8.5 / 8)
 
 
-def test_a_segment_by_itself_is_a_plain_task():
+def test_a_segment_by_itself_is_a_plain_task() -> None:
     for k, (task, weight) in enumerate(((FIRST, 2.0), (SECOND, 0.5))):
         alone = BOTH.alone(k)
         assert np.array_equal(alone.poses, task.poses)
@@ -40,7 +40,7 @@ def test_a_segment_by_itself_is_a_plain_task():
         assert alone.joined.all()
 
 
-def test_a_plain_task_is_a_task_sequence_of_one_segment_that_counts_once():
+def test_a_plain_task_is_a_task_sequence_of_one_segment_that_counts_once() -> None:
     one = task_sequence([TaskSegment("", FIRST)])
     for task in (FIRST, one):
         assert (task.starts, task.names) == ((0,), ("",))
@@ -51,21 +51,21 @@ def test_a_plain_task_is_a_task_sequence_of_one_segment_that_counts_once():
     assert not FIRST.weights.flags.writeable
 
 
-def test_what_counts_for_nothing_still_has_a_scale():
+def test_what_counts_for_nothing_still_has_a_scale() -> None:
     still = task_sequence([TaskSegment("a", FIRST, 0.0), TaskSegment("b", SECOND, 0.0)])
     assert (still.total_weight, still.weight_scale) == (8, 1.0)
     assert task_sequence([TaskSegment("a", FIRST, 0.0), TaskSegment("b", SECOND, 3.0)]).weight_scale == 3.0
 
 
 @pytest.mark.parametrize("weight", [-0.1, np.nan, np.inf])
-def test_weights_are_numbers_and_not_negative(weight):
+def test_weights_are_numbers_and_not_negative(weight: float) -> None:
     with pytest.raises(InvalidTask) as caught:
         task_sequence([TaskSegment("a", FIRST), TaskSegment("b", SECOND, weight)])
     assert caught.value.pointer == "/1/weight"
     assert "0" in caught.value.detail
 
 
-def test_task_sequences_need_a_segment_and_are_not_nested():
+def test_task_sequences_need_a_segment_and_are_not_nested() -> None:
     with pytest.raises(InvalidTask):
         task_sequence([])
     with pytest.raises(ValueError, match="family"):
@@ -73,19 +73,19 @@ def test_task_sequences_need_a_segment_and_are_not_nested():
 
 
 @pytest.mark.parametrize("starts", [(), (1,), (0, 0), (0, 2, 1), (0, 8), (0, 9)])
-def test_every_segment_has_a_pose(starts):
+def test_every_segment_has_a_pose(starts: tuple[int, ...]) -> None:
     with pytest.raises(ValueError, match="start"):
         Task(BOTH.poses, starts)
 
 
-def test_names_and_weights_fit_the_segments():
+def test_names_and_weights_fit_the_segments() -> None:
     with pytest.raises(ValueError, match="names"):
         Task(BOTH.poses, (0, 3), ("a",))
     with pytest.raises(ValueError, match="shape"):
         Task(BOTH.poses, weights=np.ones(3))
 
 
-def test_every_segment_has_the_grasp_that_is_given_for_it():
+def test_every_segment_has_the_grasp_that_is_given_for_it() -> None:
     own = np.array([transform(rotation_x(0.3), [0.1, 0.0, 0.0]), transform(rotation_z(0.7), [0.0, 0.2, 0.0])])
     tool = transform(rotation_z(-1.0), [0.0, 0.1, 0.2])
     same, other = make_arm("ur5e", "same", tool=tool, grasp=own[0]), make_arm("ur5e", "other", tool=tool, grasps=own)
@@ -100,7 +100,7 @@ def test_every_segment_has_the_grasp_that_is_given_for_it():
     assert np.array_equal(second.flange_targets(second.arms[0]), cell.flange_targets(same)[3:])
 
 
-def test_there_are_as_many_grasps_as_segments():
+def test_there_are_as_many_grasps_as_segments() -> None:
     arm = make_arm("ur5e", grasps=np.tile(np.eye(4), (3, 1, 1)))
     with pytest.raises(ValueError, match="3 grasps for 2 jobs"):
         Cell(BOTH, (arm,))

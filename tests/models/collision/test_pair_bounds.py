@@ -21,7 +21,7 @@ def placed() -> tuple[CollisionModel, Configurations]:
     return model, model.configure(bases, joints, cell.task.poses)
 
 
-def test_single_pairs_are_bounded_as_in_company(placed):
+def test_single_pairs_are_bounded_as_in_company(placed: tuple[CollisionModel, Configurations]) -> None:
     model, places = placed
     every = np.ones(len(model.bodies.first), dtype=bool)
     bounds = PairBounds(model.bodies)
@@ -30,7 +30,9 @@ def test_single_pairs_are_bounded_as_in_company(placed):
     assert bounds.of_pairs(places.frames, places.ends, k, pairs).reshape(dense.shape) == pytest.approx(dense, abs=1e-12)
 
 
-def test_what_is_near_is_bounded_as_ever_and_the_rest_from_below_but_beyond(placed):
+def test_what_is_near_is_bounded_as_ever_and_the_rest_from_below_but_beyond(
+    placed: tuple[CollisionModel, Configurations],
+) -> None:
     model, places = placed
     rng = np.random.default_rng(4)
     wanted = rng.random(len(model.bodies.first)) < 0.7

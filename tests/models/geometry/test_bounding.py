@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from duocell.models.base.arrays import Floats
 from duocell.models.geometry.bounding import (
+    Bounding,
     bounding,
     box_distances,
     box_gaps,
@@ -17,17 +19,17 @@ from duocell.models.geometry.bounding import (
     segment_distances,
 )
 from duocell.models.geometry.separation import separation
-from duocell.models.geometry.shapes import Box, Capsule, HalfSpace, Sphere
-from tests.support.given.solids import KINDS, SEED, random_pose, random_shape, surface_points
+from duocell.models.geometry.shapes import Box, Capsule, HalfSpace, Shape, Sphere
+from tests.support.given.solids import KINDS, SEED, random_box, random_pose, random_shape, surface_points
 
 
-def placed(shape, pose):
+def placed(shape: Shape, pose: Floats) -> tuple[Bounding, Floats]:
     bound = bounding(shape)
     return bound, bound.ends @ pose[:3, :3].T + pose[:3, 3]
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_capsule_and_box_contain_the_solid(kind):
+def test_capsule_and_box_contain_the_solid(kind: type[Shape]) -> None:
     rng = np.random.default_rng(1)
     for _ in range(20):
         shape = random_shape(kind, rng)
@@ -39,7 +41,7 @@ def test_capsule_and_box_contain_the_solid(kind):
 
 
 @pytest.mark.parametrize(("first", "second"), list(product(KINDS, KINDS)))
-def test_bounds_are_below_the_distance_and_equal_it_for_rounded_bodies(first, second):
+def test_bounds_are_below_the_distance_and_equal_it_for_rounded_bodies(first: type[Shape], second: type[Shape]) -> None:
     rng = np.random.default_rng(2)
     for _ in range(20):
         a, b = random_shape(first, rng), random_shape(second, rng)
@@ -56,7 +58,7 @@ def test_bounds_are_below_the_distance_and_equal_it_for_rounded_bodies(first, se
 
 @settings(max_examples=100, deadline=None)
 @given(SEED)
-def test_segment_distances_are_those_of_a_fine_search(seed):
+def test_segment_distances_are_those_of_a_fine_search(seed: int) -> None:
     rng = np.random.default_rng(seed)
     first, second = rng.integers(-3, 4, (2, 2, 3)).astype(float)  # often parallel, crossing or of no length
     s, t = np.meshgrid(np.linspace(0, 1, 61), np.linspace(0, 1, 61))
@@ -68,7 +70,7 @@ def test_segment_distances_are_those_of_a_fine_search(seed):
     assert found >= searched - longest / 60.0
 
 
-def test_the_capsule_around_a_rod_of_points_is_slim():
+def test_the_capsule_around_a_rod_of_points_is_slim() -> None:
     rng = np.random.default_rng(0)
     angles, heights = rng.uniform(0, 2 * np.pi, 400), rng.uniform(-1, 1, 400)
     points = np.column_stack([3.0 + 0.1 * np.cos(angles), 2.0 + 0.1 * np.sin(angles), heights])
@@ -77,7 +79,7 @@ def test_the_capsule_around_a_rod_of_points_is_slim():
     assert np.linalg.norm(ends[1] - ends[0]) < 2.0
 
 
-def test_one_ball_around_a_ball_of_points():
+def test_one_ball_around_a_ball_of_points() -> None:
     rng = np.random.default_rng(0)
     points = rng.normal(size=(500, 3))
     points /= np.linalg.norm(points, axis=1, keepdims=True)
@@ -86,17 +88,17 @@ def test_one_ball_around_a_ball_of_points():
     assert np.linalg.norm(ends[1] - ends[0]) < 0.2
 
 
-def test_inside_a_box_the_bound_is_the_depth():
+def test_inside_a_box_the_bound_is_the_depth() -> None:
     ends = np.array([[0.1, 0.0, 0.0], [0.2, 0.0, 0.0]])
     assert box_distances(ends, np.array([0.5, 1.0, 1.0])) == pytest.approx(-0.4)
 
 
-def test_nothing_bounds_a_half_space():
+def test_nothing_bounds_a_half_space() -> None:
     with pytest.raises(ValueError, match="half-space"):
         bounding(HalfSpace())
 
 
-def test_exact_for_balls_and_capsules_only():
+def test_exact_for_balls_and_capsules_only() -> None:
     assert bounding(Sphere(0.1)).exact
     assert bounding(Capsule(0.1, 0.2)).exact
     assert not bounding(Box(np.ones(3))).exact
@@ -104,7 +106,7 @@ def test_exact_for_balls_and_capsules_only():
 
 @settings(max_examples=50, deadline=None)
 @given(SEED)
-def test_distances_from_boxes_are_those_of_a_fine_search(seed):
+def test_distances_from_boxes_are_those_of_a_fine_search(seed: int) -> None:
     rng = np.random.default_rng(seed)
     half = rng.integers(1, 3, (40, 1, 3)).astype(float)
     ends = rng.integers(-4, 5, (40, 2, 3)).astype(float)  # often along a side, through a corner or of no length
@@ -119,9 +121,9 @@ def test_distances_from_boxes_are_those_of_a_fine_search(seed):
 
 @settings(max_examples=100, deadline=None)
 @given(SEED)
-def test_capsules_beside_boxes_are_as_far_as_coal_says(seed):
+def test_capsules_beside_boxes_are_as_far_as_coal_says(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    box, capsule = random_shape(Box, rng), random_shape(Capsule, rng)
+    box, capsule = random_box(rng), random_shape(Capsule, rng)
     box_pose, capsule_pose = random_pose(rng), random_pose(rng)
     bound, ends = placed(capsule, capsule_pose)
     apart = float(exact_box_distances((ends - box_pose[:3, 3]) @ box_pose[:3, :3], 0.5 * box.size))
@@ -134,9 +136,9 @@ def test_capsules_beside_boxes_are_as_far_as_coal_says(seed):
 
 @settings(max_examples=200, deadline=None)
 @given(SEED)
-def test_gaps_between_boxes_are_below_the_distance_and_equal_the_depth(seed):
+def test_gaps_between_boxes_are_below_the_distance_and_equal_the_depth(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    boxes = [random_shape(Box, rng) for _ in range(2)]
+    boxes = [random_box(rng) for _ in range(2)]
     poses = [random_pose(rng, 0.3) for _ in range(2)]
     if seed % 3 == 0:
         poses[1][:3, :3] = poses[0][:3, :3]  # parallel edges have no normal

@@ -7,6 +7,7 @@ import pytest
 import trimesh
 
 from duocell.models.base.errors import InvalidInput
+from duocell.models.base.pose import rotation_y, transform
 from duocell.models.geometry.decomposition import decompose, sticking_out
 from duocell.models.geometry.meshes import Mesh, read_triangles
 from tests.support.given.acceptance import FOLDER
@@ -16,9 +17,10 @@ def bent_link() -> trimesh.Trimesh:
     """A tube with a cylinder across its end, in one piece: a triangle joins them."""
     tube = trimesh.creation.annulus(0.05, 0.08, 0.5, sections=48)
     across = trimesh.creation.cylinder(0.07, 0.3, sections=48)
-    across.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [0, 1, 0]))
+    across.apply_transform(transform(rotation_y(np.pi / 2), np.zeros(3)))
     across.apply_translation([0.1, 0.0, 0.3])
     both = trimesh.util.concatenate([tube, across])
+    assert isinstance(both, trimesh.Trimesh)
     joined = np.vstack([both.faces, [0, len(tube.vertices), len(tube.vertices) + 1]])
     return trimesh.Trimesh(both.vertices, joined, process=False)
 

@@ -14,6 +14,7 @@ from duocell.models.geometry.separation import separation
 from duocell.models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
 from duocell.models.robot.arm import Interval
 from tests.support.given.arms import make_arm, region
+from tests.support.given.solids import FLOOR
 
 LYING, LEANING, STEEP = rotation_x(np.pi / 2), rotation_x(0.6), rotation_x(1.2)
 FRUSTUM = np.array([[x * s, y * s, z] for z, s in ((-0.5, 1.0), (0.5, 0.3)) for x in (-1, 1) for y in (-1, 1)])
@@ -85,7 +86,7 @@ def test_a_pedestal_counts_as_it_is_under_its_base(seed: int) -> None:
     cell = Surroundings(around, clearances=Clearances(arm_obstacle=0.0), equipment={"arm": Equipment((), pedestal)})
     model = CollisionModel([arm], cell)
     own = model.bodies.names.index("arm pedestal")
-    pairs = {model.bodies.names[model.bodies.second[p]]: p for p in np.flatnonzero(model.bodies.first == own)}
+    pairs = {model.bodies.names[model.bodies.second[p]]: int(p) for p in np.flatnonzero(model.bodies.first == own)}
     assert set(pairs) == {one.name for one in around if highest(one) > 0.251}
     assert len(pairs) >= 5
     for _ in range(6):
@@ -104,11 +105,10 @@ def test_a_pedestal_counts_as_it_is_under_its_base(seed: int) -> None:
 
 
 def test_an_arm_without_such_a_pedestal_meets_the_floor() -> None:
-    floor = Body("floor", np.eye(4), HalfSpace())
     arm = make_arm("ur5e", "arm", base=region((-1, 1), (-1, 1), (0.5, 0.5)))
     assert arm.base.z == Interval(0.5, 0.5)
     for foot, count in ((None, 1), (0.0, 0)):
         brings = Equipment((), Pedestal(0.5, Footprint.disc(0.2), foot))
-        cell = Surroundings((floor,), clearances=Clearances(arm_obstacle=0.0), equipment={"arm": brings})
+        cell = Surroundings((FLOOR,), clearances=Clearances(arm_obstacle=0.0), equipment={"arm": brings})
         bodies = CollisionModel([arm], cell).bodies
         assert sum(bodies.owners[i].link == 0 and bodies.names[i] == "arm pedestal" for i in bodies.first) == count

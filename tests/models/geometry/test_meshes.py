@@ -13,12 +13,16 @@ from duocell.models.geometry.meshes import Mesh, in_metres, read_triangles
 CUBE = trimesh.creation.box((1.0, 2.0, 3.0))
 
 
-def as_stl(mesh) -> bytes:
-    return mesh.export(file_type="stl")
+def as_stl(mesh: trimesh.Trimesh) -> bytes:
+    data = mesh.export(file_type="stl")
+    assert isinstance(data, bytes)
+    return data
 
 
-def as_obj(mesh) -> bytes:
-    return mesh.export(file_type="obj").encode()
+def as_obj(mesh: trimesh.Trimesh) -> bytes:
+    text = mesh.export(file_type="obj")
+    assert isinstance(text, str)
+    return text.encode()
 
 
 def angle_bracket() -> trimesh.Trimesh:
@@ -32,19 +36,19 @@ def angle_bracket() -> trimesh.Trimesh:
 
 
 @pytest.mark.parametrize(("data", "kind"), [(as_stl(CUBE), "stl"), (as_obj(CUBE), ".OBJ")])
-def test_read_in_millimetres(data, kind):
+def test_read_in_millimetres(data: bytes, kind: str) -> None:
     mesh = in_metres(read_triangles(data, kind), np.full(3, 1e-3))
     assert len(mesh.vertices) == 8
     assert len(mesh.faces) == 12
     assert np.ptp(mesh.vertices, axis=0) == pytest.approx([0.001, 0.002, 0.003])
 
 
-def test_text_stl_is_read_too():
+def test_text_stl_is_read_too() -> None:
     text = trimesh.exchange.stl.export_stl_ascii(CUBE).encode()
     assert len(read_triangles(text, "stl").vertices) == 8
 
 
-def test_an_obj_that_names_other_files_reads_none_of_them():
+def test_an_obj_that_names_other_files_reads_none_of_them() -> None:
     data = b"mtllib /etc/passwd\nusemtl x\n" + as_obj(CUBE)
     assert len(read_triangles(data, "obj").vertices) == 8
 
@@ -63,27 +67,29 @@ def test_an_obj_that_names_other_files_reads_none_of_them():
         (as_stl(CUBE), "stl", 1e4, "/scale"),
     ],
 )
-def test_refused_with_a_pointer(data, kind, scale, pointer):
+def test_refused_with_a_pointer(data: bytes, kind: str, scale: float, pointer: str) -> None:
     with pytest.raises(InvalidInput) as error:
         in_metres(read_triangles(data, kind), np.full(3, scale))
     assert error.value.pointer == pointer
 
 
-def test_too_many_triangles(monkeypatch):
+def test_too_many_triangles(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("duocell.models.geometry.meshes.MOST_TRIANGLES", 11)
     with pytest.raises(InvalidInput, match="12 triangles"):
         read_triangles(as_stl(CUBE), "stl")
 
 
-def test_each_convex_part_becomes_its_hull():
+def test_each_convex_part_becomes_its_hull() -> None:
     other = CUBE.copy()
     other.apply_translation([5.0, 0.0, 0.0])
-    pieces = decompose(read_triangles(as_stl(trimesh.util.concatenate([CUBE, other])), "stl")).pieces
+    both = trimesh.util.concatenate([CUBE, other])
+    assert isinstance(both, trimesh.Trimesh)
+    pieces = decompose(read_triangles(as_stl(both), "stl")).pieces
     assert sorted(len(piece.points) for piece in pieces) == [8, 8]
     assert sorted(float(piece.points[:, 0].mean()) for piece in pieces) == pytest.approx([0.0, 5.0])
 
 
-def test_a_bracket_becomes_hulls_that_contain_it_and_leave_its_corner_free():
+def test_a_bracket_becomes_hulls_that_contain_it_and_leave_its_corner_free() -> None:
     bracket = angle_bracket()
     assert bracket.is_watertight
     pieces = decompose(Mesh(bracket.vertices, bracket.faces)).pieces
@@ -98,7 +104,7 @@ def test_a_bracket_becomes_hulls_that_contain_it_and_leave_its_corner_free():
     assert all(np.array_equal(a.points, b.points) for a, b in zip(pieces, again, strict=True))
 
 
-def test_shallow_dents_of_small_pieces_are_filled():
+def test_shallow_dents_of_small_pieces_are_filled() -> None:
     bracket = angle_bracket()
     for scale, pieces in ((0.01, 1), (1.0, 2)):
         found = decompose(Mesh(bracket.vertices * scale, bracket.faces)).pieces
@@ -116,13 +122,13 @@ def both(first: Mesh, second: Mesh) -> Mesh:
     return Mesh(np.vstack([first.vertices, second.vertices]), np.vstack([first.faces, second.faces + count]))
 
 
-def test_a_solid_whose_triangles_do_not_hang_together_is_one_all_the_same():
+def test_a_solid_whose_triangles_do_not_hang_together_is_one_all_the_same() -> None:
     soup = Mesh(CUBE.triangles.reshape(-1, 3), np.arange(36).reshape(-1, 3))
     (piece,) = decompose(soup).pieces
     assert np.ptp(piece.points, axis=0) == pytest.approx([1.0, 2.0, 3.0])
 
 
-def test_a_sheet_inside_of_a_solid_does_not_count_and_one_that_sticks_out_does():
+def test_a_sheet_inside_of_a_solid_does_not_count_and_one_that_sticks_out_does() -> None:
     cube = Mesh(CUBE.vertices, CUBE.faces)
     inside = Mesh(sheet(0.0).vertices * 0.3, sheet(0.0).faces)
     (piece,) = decompose(both(cube, inside)).pieces

@@ -18,14 +18,14 @@ from tests.support.given.solids import KINDS, SEED, random_pose, random_shape, s
 HERE = np.eye(4)
 
 
-def at(x, y, z, rotation=None):
+def at(x: float, y: float, z: float, rotation: Floats | None = None) -> Floats:
     return transform(np.eye(3) if rotation is None else rotation, [x, y, z])
 
 
 @pytest.mark.parametrize(("first", "second"), list(product(KINDS, (*KINDS, HalfSpace))))
 @settings(max_examples=12, deadline=None)
 @given(SEED)
-def test_distance_is_the_widest_gap_between_the_solids(first, second, seed):
+def test_distance_is_the_widest_gap_between_the_solids(first: type[Shape], second: type[Shape], seed: int) -> None:
     rng = np.random.default_rng(seed)
     a = random_shape(first, rng)
     b = HalfSpace() if second is HalfSpace else random_shape(second, rng)
@@ -61,7 +61,9 @@ def test_distance_is_the_widest_gap_between_the_solids(first, second, seed):
         (Cylinder(0.1, 0.4), HERE, Sphere(0.1), at(0.0, 0.0, 0.5), 0.2),
     ],
 )
-def test_distances_by_hand(first, first_pose, second, second_pose, distance):
+def test_distances_by_hand(
+    first: Shape, first_pose: Floats, second: Shape, second_pose: Floats, distance: float
+) -> None:
     assert separation(first, first_pose, second, second_pose).distance == pytest.approx(distance, abs=1e-6)
 
 
@@ -85,7 +87,7 @@ ROD, POST = Capsule(0.1, 0.4), Cylinder(0.1, 0.4)
         (ConvexHull(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])), Sphere(0.1), at(0.2, 0.2, 0.2)),
     ],
 )
-def test_the_normal_leads_out_where_axes_meet_or_graze(first, second, pose):
+def test_the_normal_leads_out_where_axes_meet_or_graze(first: Shape, second: Shape, pose: Floats) -> None:
     found = separation(first, HERE, second, pose)
     assert found.distance == pytest.approx(signed_distance(first, HERE, second, pose), abs=2e-4)
     out = pose.copy()
@@ -93,7 +95,7 @@ def test_the_normal_leads_out_where_axes_meet_or_graze(first, second, pose):
     assert separation(first, HERE, second, out).distance == pytest.approx(1e-3, abs=3e-4)
 
 
-def test_two_half_spaces_have_no_distance():
+def test_two_half_spaces_have_no_distance() -> None:
     with pytest.raises(ValueError, match="half-spaces"):
         separation(HalfSpace(), HERE, HalfSpace(), HERE)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
@@ -15,9 +17,9 @@ CUBE = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dty
 @pytest.mark.parametrize(
     ("make", "pointer"),
     [
-        (lambda: Box([1.0, 0.0, 1.0]), "/size/1"),
-        (lambda: Box([1.0, 1.0]), "/size"),
-        (lambda: Box([1.0, 1.0, np.nan]), "/size/2"),
+        (lambda: Box(np.array([1.0, 0.0, 1.0])), "/size/1"),
+        (lambda: Box(np.array([1.0, 1.0])), "/size"),
+        (lambda: Box(np.array([1.0, 1.0, np.nan])), "/size/2"),
         (lambda: Sphere(-0.1), "/radius"),
         (lambda: Sphere(5000.0), "/radius"),
         (lambda: Cylinder(0.1, np.inf), "/length"),
@@ -35,14 +37,14 @@ CUBE = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dty
         (lambda: Body("b", transform(np.eye(3), [1e5, 0, 0]), Sphere(1.0)), "/pose/position"),
     ],
 )
-def test_refused_with_a_pointer(make, pointer):
+def test_refused_with_a_pointer(make: Callable[[], object], pointer: str) -> None:
     with pytest.raises(InvalidInput) as error:
         make()
     assert error.value.pointer == pointer
     assert len(error.value.detail) > 20
 
 
-def test_a_hull_keeps_its_corners_and_faces_only():
+def test_a_hull_keeps_its_corners_and_faces_only() -> None:
     rng = np.random.default_rng(0)
     hull = ConvexHull(np.vstack([CUBE, rng.uniform(0.0, 1.0, (50, 3))]))
     assert sorted(map(tuple, hull.points)) == sorted(map(tuple, CUBE))
@@ -51,7 +53,7 @@ def test_a_hull_keeps_its_corners_and_faces_only():
     assert np.allclose(hull.planes[:, :3] @ middle + hull.planes[:, 3], -0.5)
 
 
-def test_arrays_of_shapes_are_read_only_copies():
+def test_arrays_of_shapes_are_read_only_copies() -> None:
     size = np.ones(3)
     box = Box(size)
     size[0] = 2.0

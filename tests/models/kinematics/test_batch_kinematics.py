@@ -15,6 +15,7 @@ from duocell.models.catalogue import catalogue
 from duocell.models.kinematics.batch_kinematics import conditioning_of, forward_and_jacobian, pose_error
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.kinematics.kinematics import characteristic_length, conditioning, flange_poses, jacobians
+from duocell.models.robot.robot import Robot
 from tests.support.given.arms import general_six, oblique_wrist, puma_by_table
 
 TOOL = transform(rotation_from_rpy((0.4, -0.3, 1.1)), [0.06, -0.03, 0.15])
@@ -22,7 +23,7 @@ ROBOTS = [catalogue.robot(name) for name in catalogue.names()] + [general_six(),
 
 
 @pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)
-def test_poses_jacobians_and_conditioning_are_those_of_pinocchio(robot):
+def test_poses_jacobians_and_conditioning_are_those_of_pinocchio(robot: Robot) -> None:
     q = np.random.default_rng(9).uniform(-2 * pi, 2 * pi, (10, robot.dof))
     rotations, positions, jacobian = forward_and_jacobian(chain_of(robot), q)
     assert np.abs(transform(rotations, positions) - flange_poses(robot, q)).max() < 1e-12
@@ -37,7 +38,9 @@ AXIS = st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda a: np.linalg.norm(a)
 
 
 @given(ANGLE, AXIS, AXIS)
-def test_pose_error_is_the_rotation_vector_to_the_target(angle, axis, other):
+def test_pose_error_is_the_rotation_vector_to_the_target(
+    angle: float, axis: tuple[float, float, float], other: tuple[float, float, float]
+) -> None:
     vector = angle * np.array(axis) / np.linalg.norm(axis)
     here = Rotation.from_rotvec(other).as_matrix()
     target = transform(Rotation.from_rotvec(vector).as_matrix() @ here, [1.0, 2.0, 3.0])
@@ -46,7 +49,7 @@ def test_pose_error_is_the_rotation_vector_to_the_target(angle, axis, other):
     assert np.allclose(error[3:], vector, rtol=0.0, atol=1e-7)
 
 
-def test_pose_error_takes_one_target_for_all_or_one_each():
+def test_pose_error_takes_one_target_for_all_or_one_each() -> None:
     robot = catalogue.robot("ur5e")
     q = np.random.default_rng(3).uniform(-1.0, 1.0, (4, 6))
     rotations, positions, _ = forward_and_jacobian(chain_of(robot), q)

@@ -13,7 +13,7 @@ from duocell.models.kinematics.kinematics import flange_poses
 
 
 @pytest.mark.parametrize("name", ["iiwa14", "jaco2", "yumi_left", "puma560"])
-def test_frames_and_jacobians_are_those_of_the_robot(name):
+def test_frames_and_jacobians_are_those_of_the_robot(name: str) -> None:
     arm = robot(name)
     q = np.random.default_rng(3).uniform(-2.0, 2.0, (11, arm.dof))
     columns, position, jacobian = column_chain(arm).forward_and_jacobian(q.T)
@@ -26,7 +26,7 @@ def test_frames_and_jacobians_are_those_of_the_robot(name):
     assert np.array_equal(again[1], position)
 
 
-def test_rotation_vectors_are_those_of_the_pose_error():
+def test_rotation_vectors_are_those_of_the_pose_error() -> None:
     q = np.random.default_rng(4).uniform(-2.0, 2.0, (9, 7))
     poses = flange_poses(robot("iiwa14"), q)
     target = poses[0]

@@ -9,13 +9,14 @@ import pytest
 from duocell.models.catalogue import catalogue
 from duocell.models.kinematics.kinematics import pinocchio_model
 from duocell.models.kinematics.link_frames import link_frames
+from duocell.models.robot.robot import Robot
 from tests.support.given.arms import general_six, oblique_wrist
 
 ROBOTS = [catalogue.robot(name) for name in catalogue.names()] + [general_six(), oblique_wrist()]
 
 
 @pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)
-def test_frames_are_those_of_pinocchio(robot):
+def test_frames_are_those_of_pinocchio(robot: Robot) -> None:
     q = np.random.default_rng(3).uniform(-6.0, 6.0, (4, robot.dof))
     frames = link_frames(robot, q)
     assert np.array_equal(frames[:, 0], np.tile(np.eye(4), (4, 1, 1)))

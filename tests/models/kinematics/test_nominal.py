@@ -43,7 +43,9 @@ ARMS = [
 
 
 @pytest.mark.parametrize(("name", "angle", "length"), [arm for arm in ARMS if arm[0] in catalogue.names()])
-def test_a_calibrated_arm_has_the_closed_form_of_its_drawing_within_stated_bounds(name, angle, length):
+def test_a_calibrated_arm_has_the_closed_form_of_its_drawing_within_stated_bounds(
+    name: str, angle: float, length: float
+) -> None:
     robot = calibrated(name, angle, length)
     assert closed_form(robot) is None or chain_of(robot).vertical_sign == 0
     meant = nominal(robot)
@@ -64,13 +66,13 @@ def test_a_calibrated_arm_has_the_closed_form_of_its_drawing_within_stated_bound
 
 
 @pytest.mark.parametrize("name", ["ur10e", "puma560"])
-def test_an_arm_that_is_as_drawn_needs_no_other(name):
+def test_an_arm_that_is_as_drawn_needs_no_other(name: str) -> None:
     robot = catalogue.robot(name)
     assert nominal(robot) is None
     assert posture_form(robot) is closed_form(robot)
 
 
-def test_digits_that_a_file_leaves_out_are_put_back():
+def test_digits_that_a_file_leaves_out_are_put_back() -> None:
     file = FOLDER / "urdf" / "17_puma_nine_digit_angles_called_infeasible.urdf"
     robot = robot_from_urdf(file)
     meant = nominal(robot)
@@ -82,12 +84,12 @@ def test_digits_that_a_file_leaves_out_are_put_back():
     assert posture_form(robot) is closed_form(robot)
 
 
-def test_an_arm_of_no_class_stays_one():
+def test_an_arm_of_no_class_stays_one() -> None:
     assert nominal(general_six()) is None
     assert posture_form(general_six()) is None
 
 
-def test_branches_are_those_of_the_drawing_refined_on_the_true_arm():
+def test_branches_are_those_of_the_drawing_refined_on_the_true_arm() -> None:
     robot = calibrated("ur10e", 1e-3, 2e-4)
     q = random_joints(robot, 5, np.random.default_rng(3))
     targets = flange_poses(robot, q)
@@ -98,7 +100,7 @@ def test_branches_are_those_of_the_drawing_refined_on_the_true_arm():
     assert "refined" in source_of_branches(robot)
 
 
-def test_an_angle_printed_as_1_571_does_not_turn_the_reference_over():
+def test_an_angle_printed_as_1_571_does_not_turn_the_reference_over() -> None:
     file = FOLDER / "urdf" / "02_camera_frame_taken_as_flange.urdf"
     robot = robot_from_urdf(file)
     placements = robot.joint_placements.copy()

@@ -5,17 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from duocell.models.base.arrays import Floats
 from duocell.models.catalogue import catalogue
 from duocell.models.kinematics.branches import solve_branches
-from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.kinematics.inverse import REACHED
 from duocell.models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
 from duocell.models.kinematics.numeric_inverse import numeric_branches
+from duocell.models.robot.robot import Robot
 from tests.support.angles import wrapped
-from tests.support.given.arms import general_six, random_joints
+from tests.support.given.arms import form_of, general_six, random_joints
 
 
-def poses_of(name: str, count: int, margin: float = 0.05):
+def poses_of(name: str, count: int, margin: float = 0.05) -> tuple[Robot, Floats, Floats]:
     """Well-conditioned joint values and their poses."""
     robot = catalogue.robot(name)
     joints = random_joints(robot, 50 * count, np.random.default_rng(21))
@@ -25,7 +26,7 @@ def poses_of(name: str, count: int, margin: float = 0.05):
 
 
 @pytest.mark.parametrize("name", ["puma560", "ur10e", "fanuc_crx10ia", "iiwa14", "yumi_left", "xarm6"])
-def test_every_branch_reaches_the_pose_and_is_listed_once(name):
+def test_every_branch_reaches_the_pose_and_is_listed_once(name: str) -> None:
     robot, _, poses = poses_of(name, 3)
     for pose in poses:
         found = numeric_branches(robot, pose)
@@ -37,9 +38,9 @@ def test_every_branch_reaches_the_pose_and_is_listed_once(name):
 
 
 @pytest.mark.parametrize("name", ["puma560", "ur10e", "kr6_r900"])
-def test_all_branches_of_the_closed_forms_are_found(name):
+def test_all_branches_of_the_closed_forms_are_found(name: str) -> None:
     robot, _, poses = poses_of(name, 3, 0.1)
-    form = closed_form(robot)
+    form = form_of(robot)
     for pose in poses:
         every = solve_branches(form, pose[None, :3, :3], pose[None, :3, 3])
         expected = every.joints[:, every.missing[:, 0] < REACHED, 0].T
@@ -49,18 +50,18 @@ def test_all_branches_of_the_closed_forms_are_found(name):
             assert np.abs(wrapped(found - branch)).max(axis=1).min() < 1e-6
 
 
-def test_a_pose_out_of_reach_has_none():
+def test_a_pose_out_of_reach_has_none() -> None:
     pose = np.eye(4)
     pose[:3, 3] = 5.0
     assert numeric_branches(general_six(), pose).shape == (0, 6)
 
 
-def test_answers_are_the_same_every_time():
+def test_answers_are_the_same_every_time() -> None:
     robot, _, poses = poses_of("fanuc_crx10ia", 1)
     assert np.array_equal(numeric_branches(robot, poses[0]), numeric_branches(robot, poses[0]))
 
 
-def test_half_a_turn_of_orientation_error_does_not_stop_the_iteration():
+def test_half_a_turn_of_orientation_error_does_not_stop_the_iteration() -> None:
     """The rotation error of 180° has no direction in its skew part; some seeds start there."""
     robot, joints, poses = poses_of("ur5e", 5, 0.1)
     for own, pose in zip(joints, poses, strict=True):

@@ -40,7 +40,8 @@ def _wrist(chain: Chain) -> Floats:
     axis, point, before, start = chain.axes[-1], chain.points[-1], chain.axes[-2], chain.points[-2]
     across = before - (before @ axis) * axis
     away = point - start
-    return start + (away @ across) / max(across @ across, 1e-12) * before
+    nearest: Floats = start + (away @ across) / max(across @ across, 1e-12) * before
+    return nearest
 
 
 @pytest.mark.parametrize(("name", "length"), SHORT.items())

@@ -19,7 +19,8 @@ from duocell.optimizer.clearance.clearance import check_clearance
 from duocell.optimizer.clearance.continuous_collision import Resolution
 from duocell.optimizer.clearance.path_samples import ObjectPath, follow
 from tests.support.given.arms import make_arm
-from tests.support.given.cells import ALL, FLOOR, NotFollowed, Scene, beam_pair, holding, random_obstacles
+from tests.support.given.cells import ALL, NotFollowed, Scene, beam_pair, holding, random_obstacles
+from tests.support.given.solids import FLOOR
 from tests.support.oracles.dense import dense_minima
 
 

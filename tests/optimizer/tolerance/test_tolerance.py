@@ -27,7 +27,8 @@ from duocell.optimizer.optimize import optimize
 from duocell.optimizer.settings import Settings, ToleranceSettings
 from duocell.optimizer.tolerance.tolerance import LARGEST, tolerance_of
 from tests.support.given.arms import make_arm, region
-from tests.support.given.cells import FLOOR, beam_pair
+from tests.support.given.cells import beam_pair
+from tests.support.given.solids import FLOOR
 from tests.support.oracles.dense import _newton as newton
 
 BENT = {

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from duocell.models.catalogue import catalogue
 from duocell.models.catalogue.dh import DhRow, robot_from_dh
 from duocell.models.catalogue.reference import mid_range
+from duocell.models.kinematics.closed_form import ClosedForm, closed_form
 from duocell.models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
 from duocell.models.robot.posture import Posture
 from duocell.models.robot.robot import Robot
@@ -50,6 +51,13 @@ def make_arm(robot: str | Robot = "puma560", name: str = "arm", base: BaseRegion
         posture=given.pop("posture", Posture()),
         **given,
     )
+
+
+def form_of(robot: Robot) -> ClosedForm:
+    """The closed form of a robot that has one."""
+    form = closed_form(robot)
+    assert form is not None, robot.name
+    return form
 
 
 def random_joints(arm: Robot | Arm, count: int, rng: np.random.Generator, margin: float = 0.0) -> np.ndarray:

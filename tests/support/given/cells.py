@@ -17,17 +17,16 @@ from duocell.models.cell.cell import Cell
 from duocell.models.cell.floor import Footprint
 from duocell.models.cell.surroundings import Clearances, Equipment, Part, Pedestal, Surroundings
 from duocell.models.cell.task import Task
-from duocell.models.geometry.shapes import Body, Box, Capsule, HalfSpace
+from duocell.models.geometry.shapes import Body, Box, Capsule
 from duocell.models.kinematics.kinematics import flange_poses
 from duocell.models.robot.arm import Arm
 from duocell.models.robot.robot import Robot
 from duocell.optimizer.clearance.path_samples import follow
 from tests.support.given.arms import make_arm
-from tests.support.given.solids import KINDS, random_shape
+from tests.support.given.solids import FLOOR, KINDS, random_shape
 
 ALL = Clearances(0.03, 0.03, 0.03, 0.03, 0.0)
 GRIPPER = Body("gripper", transform(np.eye(3), [0.0, 0.0, 0.06]), Capsule(0.04, 0.06))
-FLOOR = Body("floor", np.eye(4), HalfSpace())
 
 
 class NotFollowed(Exception):

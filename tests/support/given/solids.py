@@ -1,4 +1,4 @@
-"""Random solids for tests, and signed distances from support functions: slow, and nothing to do with Coal."""
+"""Solids for tests, and signed distances from support functions: slow, and nothing to do with Coal."""
 
 from __future__ import annotations
 
@@ -7,14 +7,21 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from duocell.models.base.pose import transform
-from duocell.models.geometry.shapes import Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
+from duocell.models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
 
 KINDS: tuple[type[Shape], ...] = (Box, Sphere, Cylinder, Capsule, ConvexHull)
+
+FLOOR = Body("floor", np.eye(4), HalfSpace())
+"""The world below z = 0."""
+
+
+def random_box(rng: np.random.Generator) -> Box:
+    return Box(rng.uniform(0.02, 0.6, 3))
 
 
 def random_shape(kind: type[Shape], rng: np.random.Generator) -> Shape:
     if kind is Box:
-        return Box(rng.uniform(0.02, 0.6, 3))
+        return random_box(rng)
     if kind is Sphere:
         return Sphere(rng.uniform(0.02, 0.3))
     if kind is ConvexHull:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -10,21 +12,25 @@ from hypothesis import strategies as st
 
 from duocell.models.base.errors import InvalidInput
 from duocell.models.base.pose import rotation_z
-from duocell.models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
 from duocell.models.cell.coupling.direction import APART
 
 LENGTH = st.floats(-3.0, 3.0)
 ANGLE = st.floats(-3.1, 3.1)
 BASE = st.tuples(LENGTH, LENGTH, LENGTH, ANGLE)
+Base = tuple[float, float, float, float]
+"""x, y, z [m] and yaw [rad]."""
 
 
-def worst(coupling, bases) -> float:
+def worst(coupling: Coupling, bases: list[Base]) -> float:
     rows = coupling.rows(bases)
-    return max(max(low - v, v - high) for v, low, high in zip(rows.values, rows.lower, rows.upper, strict=True))
+    return float(max(max(low - v, v - high) for v, low, high in zip(rows.values, rows.lower, rows.upper, strict=True)))
 
 
 @given(BASE, LENGTH, LENGTH, ANGLE)
-def test_the_mirror_image_keeps_every_row_and_its_x_axis_is_reflected(base, x, y, angle):
+def test_the_mirror_image_keeps_every_row_and_its_x_axis_is_reflected(
+    base: Base, x: float, y: float, angle: float
+) -> None:
     along = np.array([np.cos(angle), np.sin(angle)])
     reflect = 2.0 * np.outer(along, along) - np.eye(2)
     point = np.array([x, y])
@@ -38,7 +44,7 @@ def test_the_mirror_image_keeps_every_row_and_its_x_axis_is_reflected(base, x, y
 
 
 @given(BASE, BASE)
-def test_distance_is_that_of_the_plane(first, second):
+def test_distance_is_that_of_the_plane(first: Base, second: Base) -> None:
     apart = float(np.hypot(second[0] - first[0], second[1] - first[1]))
     assert worst(Distance((0, 1), apart, apart), [first, second]) < 1e-5
     assert worst(Distance((0, 1), apart + 0.5), [first, second]) == pytest.approx(0.5, abs=1e-5)
@@ -48,7 +54,7 @@ def test_distance_is_that_of_the_plane(first, second):
 
 
 @given(BASE, ANGLE, st.floats(0.1, 3.0))
-def test_direction_holds_on_one_side_only(first, angle, far):
+def test_direction_holds_on_one_side_only(first: Base, angle: float, far: float) -> None:
     way = far * np.array([np.cos(angle), np.sin(angle)])
     ahead = (first[0] + way[0], first[1] + way[1], 0.3, 0.0)
     behind = (first[0] - way[0], first[1] - way[1], 0.3, 0.0)
@@ -57,7 +63,9 @@ def test_direction_holds_on_one_side_only(first, angle, far):
 
 
 @given(LENGTH, LENGTH, ANGLE, st.lists(LENGTH, min_size=3, max_size=3), LENGTH)
-def test_bases_on_a_rail_are_on_it_wherever_they_stand(x, y, angle, steps, height):
+def test_bases_on_a_rail_are_on_it_wherever_they_stand(
+    x: float, y: float, angle: float, steps: list[float], height: float
+) -> None:
     bases = [(x + s * np.cos(angle), y + s * np.sin(angle), height, s) for s in steps]
     assert worst(Rail((0, 1, 2), angle, (x, y)), bases) < 1e-9
     assert worst(Rail((0, 1, 2), angle), bases) < 1e-9
@@ -68,7 +76,7 @@ def test_bases_on_a_rail_are_on_it_wherever_they_stand(x, y, angle, steps, heigh
     assert worst(Rail((0, 1, 2), angle, (x, y)), shifted) == pytest.approx(0.2)
 
 
-def test_same_height_is_the_difference_of_neighbours():
+def test_same_height_is_the_difference_of_neighbours() -> None:
     rows = SameHeight((0, 2)).rows([(0, 0, 0.5, 0), (0, 0, 9.0, 0), (0, 0, 0.8, 0)])
     assert rows.values == pytest.approx((0.3,))
 
@@ -84,7 +92,7 @@ def test_same_height_is_the_difference_of_neighbours():
     ],
     ids=lambda coupling: coupling.kind,
 )
-def test_numbers_arrays_and_expressions_agree(coupling):
+def test_numbers_arrays_and_expressions_agree(coupling: Coupling) -> None:
     rng = np.random.default_rng(3)
     places = rng.normal(size=(2, 4, 5))
     symbols = [ca.SX.sym(f"base{a}", 4) for a in range(2)]
@@ -109,7 +117,7 @@ def test_numbers_arrays_and_expressions_agree(coupling):
         (lambda: Rail((0,), 0.0), "/arms"),
     ],
 )
-def test_impossible_couplings_are_refused(build, pointer):
+def test_impossible_couplings_are_refused(build: Callable[[], Coupling], pointer: str) -> None:
     with pytest.raises(InvalidInput) as caught:
         build()
     assert caught.value.pointer == pointer

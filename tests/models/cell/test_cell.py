@@ -58,7 +58,7 @@ def test_a_part_of_a_task_sequence_keeps_segments_weights_and_grasps() -> None:
     assert np.array_equal(cell.part(0, 5).flange_targets(arm), cell.flange_targets(arm))
 
 
-def test_two_arms_of_one_name_are_refused():
+def test_two_arms_of_one_name_are_refused() -> None:
     with pytest.raises(InvalidInput, match="'left' too") as refused:
         Cell(Task(POSES), (make_arm(name="left"), make_arm(name="right"), make_arm(name="left")))
     assert refused.value.pointer == "/arms/2/name"

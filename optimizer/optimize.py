@@ -167,7 +167,7 @@ def _found(cell: Cell, settings: Settings, started: float, table: Timetable) -> 
         coupled = together
     for search in searches:  # the proof may have found something better
         _tell_of(cell, search)
-    if coupled is None and time.perf_counter() < deadline:  # what an arm lacked may have been found by the proof
+    if coupled is None and time.perf_counter() < deadline:  # what an arm violated may have been found by the proof
         coupled = _couple(cell, searches, settings, deadline, table)
     cell, coupled = _in_two_places(cell, searches, coupled, settings, deadline, table)
     return _Found(cell, searches, coupled, certificate, searched)

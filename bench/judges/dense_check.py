@@ -53,7 +53,7 @@ class Verdict:
         nearest: class word -> closest pair; classes asked for that have pairs.
         lost: arms that cannot follow the object.
         pose_error: of the hands at the poses, m and rad. limit_excess: of joints at any sample, negative: what is left.
-        step_excess: of the joint steps between poses. conditioning_lack: of σmin/σmax at the poses, 0 if none.
+        step_excess: of the joint steps between poses. conditioning_violation: of σmin/σmax at the poses, 0 if none.
         region_excess: of bases. floor_gap: smallest. coupling_excess: largest.
         samples: configurations looked at.
     """
@@ -63,7 +63,7 @@ class Verdict:
     pose_error: float
     limit_excess: float
     step_excess: float
-    conditioning_lack: float
+    conditioning_violation: float
     region_excess: float
     floor_gap: float
     coupling_excess: float
@@ -83,7 +83,7 @@ class Verdict:
             "pose error": self.pose_error,
             "joint limits exceeded": self.limit_excess,
             "joint step exceeded": self.step_excess,
-            "conditioning lacks": self.conditioning_lack,
+            "conditioning violation": self.conditioning_violation,
             "outside of the region": self.region_excess,
             "floor broken": -self.floor_gap,
             "coupling broken": self.coupling_excess,
@@ -135,7 +135,7 @@ def dense_check(
         pose_error=max(v.pose_error for v in verdicts),
         limit_excess=max(v.limit_excess for v in verdicts),
         step_excess=max(v.step_excess for v in verdicts),
-        conditioning_lack=max(v.conditioning_lack for v in verdicts),
+        conditioning_violation=max(v.conditioning_violation for v in verdicts),
         samples=sum(v.samples for v in verdicts),
     )
 
@@ -164,7 +164,7 @@ def _one_segment(cell: Cell, stands: Floats, joints: Sequence[Floats], length: f
             float(np.max(np.maximum(arm.lower - q, q - arm.upper))) for arm, q in zip(cell.arms, followed, strict=True)
         ),
         step_excess=max(float(np.max(np.abs(np.diff(q, axis=0)), initial=0.0)) for q in joints) - cell.max_joint_step,
-        conditioning_lack=max(_conditioning_lack(arm, q) for arm, _, q in pairs),
+        conditioning_violation=max(_conditioning_violation(arm, q) for arm, _, q in pairs),
         region_excess=max(region_excess(arm, stand) for arm, stand in zip(cell.arms, stands, strict=True)),
         floor_gap=min(floor_gap(cell, a, stand) for a, stand in enumerate(stands)),
         coupling_excess=max((coupling_excess(tie, stands) for tie in cell.couplings), default=0.0),
@@ -207,8 +207,8 @@ def _pose_error(cell: Cell, arm: Arm, base: Floats, joints: Floats) -> float:
     return worst
 
 
-def _conditioning_lack(arm: Arm, joints: Floats) -> float:
-    """What σmin/σmax at the poses lacks of what the arm asks for; 0 if nothing."""
+def _conditioning_violation(arm: Arm, joints: Floats) -> float:
+    """By how much σmin/σmax at the poses falls short of what the arm asks for; 0 if it does not."""
     if arm.min_conditioning is None:
         return 0.0
     model = pinocchio_model(arm.robot)

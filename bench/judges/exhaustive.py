@@ -202,7 +202,7 @@ class _Search:
         if first > last:
             return None
         turns = min(range(first, last + 1), key=lambda n: abs(2.0 * mirror.angle + TURN * n - sum(best)))
-        lack = 2.0 * mirror.angle + TURN * turns - sum(best)
-        one = float(np.clip(best[0] + 0.5 * lack, *spans[0]))
-        other = float(np.clip(sum(best) + lack - one, *spans[1]))
-        return sum(best) + lack - other, other
+        excess = 2.0 * mirror.angle + TURN * turns - sum(best)
+        one = float(np.clip(best[0] + 0.5 * excess, *spans[0]))
+        other = float(np.clip(sum(best) + excess - one, *spans[1]))
+        return sum(best) + excess - other, other

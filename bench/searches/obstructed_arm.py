@@ -92,10 +92,10 @@ class ObstructedArm:
         branch, spot = np.nonzero(usable)
         if len(spot):
             here = self._centres(places[spot], yaw[branch, spot], joints[branch, spot])
-            lack = self._lack(places[spot], yaw[branch, spot], here)
+            violation = self._violation(places[spot], yaw[branch, spot], here)
             centres[branch, spot] = here
-            value[branch, spot] += DEEP * self.scale * lack
-            usable[branch, spot] &= lack <= 0.0
+            value[branch, spot] += DEEP * self.scale * violation
+            usable[branch, spot] &= violation <= 0.0
         return Looks(value, usable, yaw, joints, centres)
 
     def _centres(self, places: Floats, yaw: Floats, joints: Floats) -> Floats:
@@ -103,32 +103,32 @@ class ObstructedArm:
         made = [self.balls.placed(bases[:, None] @ link_frames(self.arm.robot, joints[:, p])) for p in self.poses]
         return np.stack(made, axis=1)
 
-    def _lack(self, places: Floats, yaw: Floats, centres: Floats) -> Floats:
-        """(K,) m that balls and the floor lack: 0 where nothing is known to be wrong."""
+    def _violation(self, places: Floats, yaw: Floats, centres: Floats) -> Floats:
+        """(K,) m, violations of balls and the floor: 0 where none is known."""
         around = self.cell.surroundings
         stands = np.column_stack([places, yaw])
-        lack = np.zeros(len(stands))
+        violation = np.zeros(len(stands))
         if around.clearances.arm_obstacle is not None:
-            lack = np.maximum(lack, self._obstructed(stands, centres, around.clearances.arm_obstacle))
+            violation = np.maximum(violation, self._obstructed(stands, centres, around.clearances.arm_obstacle))
         mine = np.flatnonzero(self.balls.frames < self.arm.dof)
         for k, pose in enumerate(self.cell.task.poses[self.poses] if self.pieces else ()):
             inside = (centres[:, k, mine] - pose[:3, 3]) @ pose[:3, :3]
             for piece in self.pieces:
                 gaps = np.min(point_distances(piece, inside.copy()) - self.radii[mine], axis=1)
-                lack = np.maximum(lack, float(around.clearances.arm_part or 0.0) - gaps)
+                violation = np.maximum(violation, float(around.clearances.arm_part or 0.0) - gaps)
         if around.floor is not None:
-            for row in np.flatnonzero(lack <= 0.0):
-                lack[row] = max(-floor_gap(self.cell, self.index, stands[row]), 0.0)
-        return lack
+            for row in np.flatnonzero(violation <= 0.0):
+                violation[row] = max(-floor_gap(self.cell, self.index, stands[row]), 0.0)
+        return violation
 
     def _obstructed(self, stands: Floats, centres: Floats, required: float) -> Floats:
         bases = self.arm.base_in_world(stands[:, :3], stands[:, 3])
         carried = [carriers(base, self.depth, self.solids) for base in bases]
         base: Ints = np.flatnonzero(self.balls.frames <= 1)
-        lack = np.zeros(len(stands))
+        violation = np.zeros(len(stands))
         for number, obstacle in enumerate(self.cell.surroundings.obstacles):
             gaps = np.min(point_distances(obstacle, centres.copy()) - self.radii, axis=1)
             carries = np.flatnonzero([number in those for those in carried])
             gaps[np.ix_(carries, base)] = np.inf
-            lack = np.maximum(lack, required - np.min(gaps, axis=1, initial=np.inf))
-        return lack
+            violation = np.maximum(violation, required - np.min(gaps, axis=1, initial=np.inf))
+        return violation

@@ -107,25 +107,25 @@ class _Search:
         looks = [arm.look(places[a], None if yaws is None else yaws[a]) for a, arm in enumerate(self.arms)]
         totals = looks[0].value[:, None] + looks[1].value[None, :]  # (B, B, S)
         usable = looks[0].usable[:, None] & looks[1].usable[None, :] & (outside <= 0.0)
-        lack = self._together(looks, usable)
-        totals = totals + DEEP * self.scale * lack + 10.0 * self.scale * outside
-        self._look(numbers, places, looks, totals, usable & (lack <= 0.0))
+        violation = self._together(looks, usable)
+        totals = totals + DEEP * self.scale * violation + 10.0 * self.scale * outside
+        self._look(numbers, places, looks, totals, usable & (violation <= 0.0))
         cost: Floats = np.min(totals, axis=(0, 1))
         return cost
 
     def _together(self, looks: list[Looks], usable: Bools) -> Floats:
-        """(B, B, S) m that the balls of both arms lack of each other, where both are usable by themselves."""
-        lack = np.zeros(usable.shape)
+        """(B, B, S) m, how much too near to each other the balls of two arms are that are usable by themselves."""
+        violation = np.zeros(usable.shape)
         required = self.cell.surroundings.clearances.arm_arm
         if required is None:
-            return lack
+            return violation
         reach = self.arms[0].radii[:, None] + self.arms[1].radii[None, :] + required
         for i, j, s in np.argwhere(usable):
             first, second = looks[0].centres[i, s], looks[1].centres[j, s]
             square = np.sum(first**2, axis=2)[:, :, None] + np.sum(second**2, axis=2)[:, None, :]
             square -= 2.0 * first @ second.swapaxes(1, 2)
-            lack[i, j, s] = max(float(np.max(reach - np.sqrt(np.maximum(square, 0.0)))), 0.0)
-        return lack
+            violation[i, j, s] = max(float(np.max(reach - np.sqrt(np.maximum(square, 0.0)))), 0.0)
+        return violation
 
     def _look(self, numbers: Floats, places: Floats, looks: list[Looks], totals: Floats, usable: Bools) -> None:
         """Look at the best of a batch; what is not clean becomes dear."""

@@ -114,8 +114,8 @@ def own_stands(task: OwnTask, places: Floats, yaws: Floats | None = None) -> Own
     wrong += EXCEEDED * beyond
     if arm.min_conditioning is not None:
         usable = wrong == 0.0
-        lack = np.maximum(arm.min_conditioning - conditioning(task, joints[usable]).min(axis=-1, initial=1.0), 0.0)
-        wrong[usable] += EXCEEDED * lack
+        violation = np.maximum(arm.min_conditioning - conditioning(task, joints[usable]).min(axis=-1, initial=1.0), 0.0)
+        wrong[usable] += EXCEEDED * violation
     error = joints - arm.reference
     objective = np.einsum("knmi,i,m->kn", error * error, arm.weights, task.weights)
     return OwnStands(objective, wrong * task.scale, yaw, joints)

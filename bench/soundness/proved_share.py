@@ -134,9 +134,9 @@ def limits(record: Record) -> str:
     if not bounds or None in bounds:
         return "bounds of single arms are missing" + _cut(record)
     alone, objective = float(sum(bounds)), record["objective"]
-    lack = f"arms alone {alone:.5g}, together {record['bound']:.5g} of {objective:.5g}"
+    shares = f"arms alone {alone:.5g}, together {record['bound']:.5g} of {objective:.5g}"
     ties = f", tied by {' and '.join(record['ties'])}" if record["ties"] else ""
-    return lack + ties + _cut(record)
+    return shares + ties + _cut(record)
 
 
 def _cut(record: Record) -> str:

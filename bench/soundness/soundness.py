@@ -34,7 +34,7 @@ from duocell.optimizer.certificate.pairs.contact import Contact
 from duocell.optimizer.certificate.pairs.store import PairStore
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate, evaluate_signed, reduced_problem
-from duocell.optimizer.verification.scene import Scene, own_lacks
+from duocell.optimizer.verification.scene import Scene, own_violations
 
 BOXES, SAMPLES = 200, 16
 """Boxes per arm, and members sampled of each."""
@@ -108,12 +108,12 @@ def violations(trial: Trial, members: list[Member]) -> Counter[str]:
     counts: Counter[str] = Counter()
     if not members:
         return counts
-    lacks = own_lacks(trial.tree.check.scene, [member.point for member in members])
-    for member, lack in zip(members, lacks, strict=True):
+    amounts = own_violations(trial.tree.check.scene, [member.point for member in members])
+    for member, violation in zip(members, amounts, strict=True):
         code = int(trial.found.code[member.box])
         kind = trial.tree.excluder.causes.all[code].kind if code else "raised"
         counts[f"{kind} samples"] += 1
-        usable = lack <= KEPT and _conditioned(trial.tree.problem, member.point)
+        usable = violation <= KEPT and _conditioned(trial.tree.problem, member.point)
         if usable and (code > 0 or member.objective < trial.found.bound[member.box] * (1.0 - 1e-9)):
             counts[f"{kind} wrong"] += 1
     return counts
@@ -147,9 +147,9 @@ def pair_violations(scene: Scene, rng: np.random.Generator, count: int, samples:
     for number in range(samples):
         points = [_placed(tree, ids[apart], number, rng) for tree, ids in ((one, first), (other, second))]
         layouts = [[a, b] for a, b in zip(*points, strict=True) if a is not None and b is not None]
-        lacks = scene.contact_lacks(layouts)
+        violations = scene.contact_violations(layouts)
         counts["arm_arm samples"] += len(layouts)
-        counts["arm_arm wrong"] += int(np.sum(lacks <= KEPT))
+        counts["arm_arm wrong"] += int(np.sum(violations <= KEPT))
     return counts
 
 

@@ -68,7 +68,9 @@ def attempt(number: int, pairs: int = PAIRS) -> Record:
         counts["tight"] += int(lower > 0.95 * objective)
         if objective < lower * (1.0 - 1e-9) - 1e-9:
             counts["below"] += 1
-            counts["wrong"] += int(scene.contact_lacks([points])[0] <= KEPT and scene.floor_lack(points) <= KEPT)
+            counts["wrong"] += int(
+                scene.contact_violations([points])[0] <= KEPT and scene.floor_violation(points) <= KEPT
+            )
     return dict(counts)
 
 

@@ -82,8 +82,8 @@ def spare_terms(arm: Arm, joints: Floats) -> Floats:
     return np.stack(spare, axis=-1)
 
 
-def lacking_at_poses(arm: Arm, task: Task, joints: Floats) -> tuple[Bools, Floats]:
-    """Which poses a way may not go through, and what the ways from and to other poses may lack.
+def violations_at_poses(arm: Arm, task: Task, joints: Floats) -> tuple[Bools, Floats]:
+    """Which poses a way may not go through, and how much the ways from and to other poses may violate the margins.
 
     Args:
         arm: an arm that `keeps_margins`.
@@ -93,10 +93,10 @@ def lacking_at_poses(arm: Arm, task: Task, joints: Floats) -> tuple[Bools, Float
         (m,) True where a way goes through a pose that is too near a singular set; (m - 1, k) how far the terms of
         `spare_terms` may be below zero on each step, because a way begins or ends at a pose that is as near.
     """
-    lack = np.maximum(-spare_terms(arm, joints), 0.0)
+    violation = np.maximum(-spare_terms(arm, joints), 0.0)
     ends = _ends(task, joints)
-    allowed = np.where(ends[:, None], lack, 0.0)
-    return np.any(lack > 0.0, axis=-1) & ~ends, np.maximum(allowed[:-1], allowed[1:])
+    allowed = np.where(ends[:, None], violation, 0.0)
+    return np.any(violation > 0.0, axis=-1) & ~ends, np.maximum(allowed[:-1], allowed[1:])
 
 
 def _ends(task: Task, joints: Floats) -> Bools:

@@ -172,9 +172,9 @@ def _limits(model: Any, document: ElementTree.Element, joints: tuple[int, ...]) 
         index, name = model.joints[joint].idx_q, model.names[joint]
         lower[i], upper[i] = model.lowerPositionLimit[index], model.upperPositionLimit[index]
         limit = elements.get(name)
-        lacking = [bound for bound in ("lower", "upper") if limit is None or limit.get(bound) is None]
+        missing = [bound for bound in ("lower", "upper") if limit is None or limit.get(bound) is None]
         if not lower[i] < upper[i]:
-            what = f"has no {' and no '.join(lacking)}, which then counts as 0" if lacking else "leaves it no range"
+            what = f"has no {' and no '.join(missing)}, which then counts as 0" if missing else "leaves it no range"
             raise InvalidRobot(
                 f"the <limit> of joint {name} {what} ({lower[i]:g} to {upper[i]:g} rad). Give both bounds, lower below "
                 'upper, or make it type="continuous" if it turns without end.',

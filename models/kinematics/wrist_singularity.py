@@ -35,7 +35,7 @@ def wrist_distance(singular: float, fifth: Floats) -> Floats:
 
 
 def wrist_shortfall(arm: Arm, joints: Floats) -> Floats:
-    """(...) rad, what the wrist lacks of its distance on paths (n, ..., m) [rad]; 0 if it keeps it at every pose.
+    """(...) rad, violation of the wrist's distance on paths (n, ..., m) [rad]; 0 if it is kept at every pose.
 
     All 0 for arms without postures and for those that allow singularities.
     """

@@ -149,7 +149,7 @@ def _admitted(problem: ReducedProblem, asked: Signs | None) -> np.ndarray[tuple[
 def _reach_phase(
     problem: ReducedProblem, start: Floats, asked: Signs | None, trace: list[PenaltyCycle]
 ) -> tuple[Floats, Signs]:
-    """Bring the posture that lacks least into reach; (placement, posture)."""
+    """Bring the posture that is least out of reach into reach; (placement, posture)."""
     missing = np.where(_admitted(problem, asked), paths_at(problem, start).missing[:, 0], np.inf)
     nearest = ALL_SIGNS[int(np.argmin(missing))]
     end = approach(PostureFunction(problem, nearest), start)

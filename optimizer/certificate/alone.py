@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from duocell.models.cell.cell import Cell
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.nlp.program import ArmSolution
-from duocell.optimizer.verification.scene import Scene, alone_scene, own_lacks
+from duocell.optimizer.verification.scene import Scene, alone_scene, own_violations
 from duocell.optimizer.verification.verify import check
 
 
@@ -28,6 +28,6 @@ class AloneCheck:
         """True if a layout holds at the poses: task, limits, floor, surroundings."""
         return self.nearly(point, 0.0)
 
-    def nearly(self, point: ArmSolution, lack: float) -> bool:
-        """True if a layout keeps its task and limits at the poses, and lacks no more than so much [m] of the others."""
-        return own_lacks(self.scene, [point])[0] <= lack and check(self.cell, self.arm, point).usable
+    def nearly(self, point: ArmSolution, violation: float) -> bool:
+        """True if a layout keeps its task and limits at the poses, and the others up to a violation [m]."""
+        return own_violations(self.scene, [point])[0] <= violation and check(self.cell, self.arm, point).usable

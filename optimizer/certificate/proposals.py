@@ -27,9 +27,9 @@ TURNS = np.array(sorted((0.06 * k for k in range(-8, 9)), key=abs))
 WORTH = 1e-4
 """Relative; starts that promise less than this are not refined."""
 NEARLY = 5e-3
-"""m or rad that a start may lack: refinements mend that."""
+"""m or rad of violation that a start may have: refinements mend that."""
 TIED = 0.05
-"""m or rad that ties may lack at a start: refinements move bases onto them."""
+"""m or rad of violation of ties that a start may have: refinements move bases onto them."""
 BESIDE = 0.03
 """m; starts this near to one that was refined already lead to the same layout."""
 IN_VAIN = 6
@@ -118,12 +118,12 @@ class Proposals:
         return layouts if all(clean) else (None, None)
 
     def _nearly_clean(self, points: Sequence[ArmSolution]) -> bool:
-        """True if refining a start may mend what it lacks, and none like it was refined already."""
+        """True if refining a start may mend its violations, and none like it was refined already."""
         if any(nearby(points, tried, BESIDE) for tried in self.tried):
             return False
-        if self.scene.tie_lack(points) > TIED or self.scene.floor_lack(points) > NEARLY:
+        if self.scene.tie_violation(points) > TIED or self.scene.floor_violation(points) > NEARLY:
             return False
-        return bool(self.scene.contact_lacks([points])[0] <= NEARLY)
+        return bool(self.scene.contact_violations([points])[0] <= NEARLY)
 
     def refine(self, start: Sequence[ArmSolution]) -> bool:
         """Refine a start; True if that led to something better, which is then known."""

@@ -46,7 +46,7 @@ class CoupledSearch:
     def keep(self, refined: Refined) -> bool:
         """Take a layout over; True if it is clean."""
         if not refined.clean:
-            if self.nearest is None or refined.lack < self.nearest.lack:
+            if self.nearest is None or refined.violation < self.nearest.violation:
                 self.nearest = refined
             return False
         self.told(refined.points, refined.objective, refined.clearance)

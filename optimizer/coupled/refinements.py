@@ -29,7 +29,7 @@ WORTH = 1.25
 BESIDE = 0.06
 """m; a start this near to a better layout in the same postures is not worth a refinement either."""
 HOPELESS = 5e-3
-"""m; what lacks more at its poses needs no look at the way between them."""
+"""m; what violates more at its poses needs no look at the way between them."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -54,13 +54,15 @@ class Terms:
 def as_it_is(scene: Scene, points: Sequence[ArmSolution]) -> Refined:
     """A layout with the full check of its way, which is spared where its poses alone are far from clean."""
     objective = scene.objective(points)
-    lack = max(scene.tie_lack(points), scene.floor_lack(points), float(scene.contact_lacks([points])[0]))
-    if lack > HOPELESS:
-        return Refined(tuple(points), objective, lack, False, None, 0)
+    violation = max(
+        scene.tie_violation(points), scene.floor_violation(points), float(scene.contact_violations([points])[0])
+    )
+    if violation > HOPELESS:
+        return Refined(tuple(points), objective, violation, False, None, 0)
     clearance = scene.certify(points)
-    clean = lack <= LIMITS and clearance.clear and clearance.limit_excess <= LIMITS
-    short = max((one.required - one.distance for one in clearance.classes if not one.clear), default=lack)
-    return Refined(tuple(points), objective, max(lack, short), clean, clearance, 0)
+    clean = violation <= LIMITS and clearance.clear and clearance.limit_excess <= LIMITS
+    short = max((one.required - one.distance for one in clearance.classes if not one.clear), default=violation)
+    return Refined(tuple(points), objective, max(violation, short), clean, clearance, 0)
 
 
 def first_usable(scene: Scene, search: CoupledSearch, starts: Sequence[Start]) -> None:

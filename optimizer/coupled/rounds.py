@@ -120,7 +120,7 @@ def search_general(scene: Scene, search: CoupledSearch, searches: Sequence[ArmSe
             pools.append(pool)
             search.candidates += pool.evaluated
         combined = combine(scene, pools, [arm.problem for arm in searches], 2**round_, terms.deadline)
-        starts = [Start(one.points, one.objective, one.lack) for one in combined[: CLEAN + OTHERS]]
+        starts = [Start(one.points, one.objective, one.violation) for one in combined[: CLEAN + OTHERS]]
         _take(scene, search, starts, terms)
         if search.found or not search.finished:
             return

@@ -56,8 +56,8 @@ def together(cell: Cell, found: Sequence[Choice]) -> Together:
     checked = 0
     for first in range(0, len(others), BATCH):
         batch = others[first : first + BATCH]
-        lacks = scene.contact_lacks([_points(one) for one in batch])
-        for k in np.flatnonzero(lacks <= LIMITS):
+        violations = scene.contact_violations([_points(one) for one in batch])
+        for k in np.flatnonzero(violations <= LIMITS):
             if checked == WHOLE:
                 return Together(best, followed, path, False)
             checked += 1

@@ -80,6 +80,6 @@ def least_layouts(
         return ()
     if need is not None:
         needed = need([own.joints[:, followed.poses] for own in layouts.placements])
-        layouts = layouts.take(np.lexsort((needed, layouts.lacks > LIMITS)))
+        layouts = layouts.take(np.lexsort((needed, layouts.violations > LIMITS)))
     starts = (start for start in starts_of(followed, layouts, *STARTS) if start.clean)
     return tuple(Found(start.points, start.objective) for start in starts if clean(scene, start.points))

@@ -23,11 +23,11 @@ CUT_ROUNDS = 25
 TRUST, SMALLEST_TRUST, ALLOWED = 0.4, 1e-3, 0.1
 """rad that joints may move in a round of cuts, at first and at least; share of the conditioning a round may lose."""
 CLOSE = 0.002
-"""Share of the conditioning that an answer may lack if the next one may be further away, and at most is to make up."""
+"""Share of the conditioning that an answer may miss if the next one may be further away, and at most is to make up."""
 SHRINK, HALVE, GROW = 0.3, 0.5, 1.5
-"""What becomes of the radius with an answer that is refused, lacks something, or does not."""
+"""What becomes of the radius with an answer that is refused, violates something, or does not."""
 LESS = 0.01
-"""An answer with a higher objective must lack at least this share less of the conditioning than all before."""
+"""An answer with a higher objective must violate the conditioning by at least this share less than all before."""
 NUDGE = 1e-4
 """Cuts aim at this fraction more than what is asked for, so that their last error does no harm."""
 SETTLED = 1e-7
@@ -67,36 +67,42 @@ def keep_conditioning(
         result = solve(point, cuts, radius)
         if time.perf_counter() > deadline or radius < SMALLEST_TRUST:
             break
-        lacks = np.inf
+        violation = np.inf
         if result.status.has_point:
             new_values, new_gradients = conditioning_gradients(arm, result.points[0].joints)
-            lacks = max(wanted - float(np.min(new_values)), 0.0)
-        if lacks == 0.0 and np.isfinite(before) and abs(result.objective - before) <= SETTLED * max(1.0, before):
+            violation = max(wanted - float(np.min(new_values)), 0.0)
+        if violation == 0.0 and np.isfinite(before) and abs(result.objective - before) <= SETTLED * max(1.0, before):
             best = result if best is None or result.objective < best.objective else best
             break
-        lacked = max(wanted - float(np.min(values)), 0.0) if np.isfinite(radius) else np.inf
-        if lacks == np.inf or lacks > lacked + ALLOWED * wanted or _dominated((result.objective, lacks), seen):
+        violated = max(wanted - float(np.min(values)), 0.0) if np.isfinite(radius) else np.inf
+        if (
+            violation == np.inf
+            or violation > violated + ALLOWED * wanted
+            or _dominated((result.objective, violation), seen)
+        ):
             if not np.isfinite(radius):
                 break
             radius *= SHRINK
             continue
         point, values, gradients = result.points[0], new_values, new_gradients
-        radius *= GROW if lacks <= CLOSE * wanted else HALVE
-        if lacks == 0.0:
+        radius *= GROW if violation <= CLOSE * wanted else HALVE
+        if violation == 0.0:
             more *= SHRINK
-        elif lacks <= CLOSE * wanted:  # answers to rows that bend may lack the same little again and again
-            more = min(more + lacks, CLOSE * wanted)
-        seen.append((result.objective, lacks))
+        elif violation <= CLOSE * wanted:  # answers to rows that bend may miss the same little again and again
+            more = min(more + violation, CLOSE * wanted)
+        seen.append((result.objective, violation))
         before = result.objective
-        if lacks == 0.0 and (best is None or result.objective < best.objective):
+        if violation == 0.0 and (best is None or result.objective < best.objective):
             best = result
     return best
 
 
 def _dominated(one: tuple[float, float], seen: list[tuple[float, float]]) -> bool:
-    """Whether something seen is about as good in the objective and in what it lacks of the conditioning."""
-    objective, lacks = one
-    return any(objective >= (1.0 - SETTLED) * known and lacks >= (1.0 - LESS) * lacked for known, lacked in seen)
+    """Whether something seen is about as good in the objective and in the violation of the conditioning."""
+    objective, violation = one
+    return any(
+        objective >= (1.0 - SETTLED) * known and violation >= (1.0 - LESS) * violated for known, violated in seen
+    )
 
 
 def _cuts(joints: Floats, wanted: float, values: Floats, gradients: Floats) -> Cuts:

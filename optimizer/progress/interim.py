@@ -104,4 +104,4 @@ def _missing(layout: Layout, settings: Settings) -> list[str]:
         "explanation": settings.explain and not layout.usable,
         "baselines": len(layout.baselines) < len(settings.baselines),
     }
-    return [name for name, lacks in asked.items() if lacks]
+    return [name for name, missing in asked.items() if missing]

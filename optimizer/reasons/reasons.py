@@ -263,7 +263,7 @@ def explain_path(
         cell: step limit.
         arm: the arm.
         joints: (m, n) rad.
-        missing: (m,) m that reach lacks.
+        missing: (m,) m by which reach is too short.
         where: words for the placement.
         first: number of the cell's first pose, for a segment that is looked at by itself.
     """

@@ -65,8 +65,8 @@ def _with_heavy(way: Floats, weights: Floats, chosen: Ints, preference: Floats, 
         centre = shares @ (weights * way) / np.where(own > 0.0, own, 1.0)
         away = shares @ weights * way[chosen] ** 2 - 2.0 * way[chosen] * (shares @ (weights * way))
         away = np.sqrt(np.maximum(away + shares @ (weights * way**2), 0.0) / np.where(own > 0.0, own, 1.0))
-        lacking = (own > HEAVY / count * total) & (away > AWAY / (count - 1))
-        more = np.union1d(chosen, _nearest(way, centre[lacking], preference))
+        unlike = (own > HEAVY / count * total) & (away > AWAY / (count - 1))
+        more = np.union1d(chosen, _nearest(way, centre[unlike], preference))
         if len(more) == len(chosen):
             break
         chosen = more

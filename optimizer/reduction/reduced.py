@@ -158,10 +158,10 @@ class Paths:
         joints: (6, 8, N, m) rad, unwrapped, given windings, joint 1 for the chosen yaw.
         yaw: (8, N) rad, in the allowed interval.
         objective: (8, N) E of the arm (8.21), also where the path is not allowed.
-        missing: (8, N) m, sum over the poses of what reach lacks.
+        missing: (8, N) m, sum over the poses of how far they are out of reach.
         beyond: (8, N) rad, sum over the joints, and the linear limits, of what the path sticks out of the limits.
         jump: (8, N) rad, what the largest joint step exceeds the allowed one by.
-        singular: (8, N) rad, what the wrist lacks of its distance from its singularity.
+        singular: (8, N) rad, by how much the wrist violates its distance from its singularity.
     """
 
     joints: Floats
@@ -228,7 +228,7 @@ def evaluate_signed(problem: ReducedProblem, positions: Floats, signs: Ints) -> 
 
 
 def evaluate_fully(problem: ReducedProblem, positions: Floats, signs: Ints) -> Paths:
-    """As `evaluate_signed`; what is lacking of the conditioning asked for is part of ``jump``."""
+    """As `evaluate_signed`; the violation of the conditioning asked for is part of ``jump``."""
     paths = evaluate_signed(problem, positions, signs)
     if problem.arm.min_conditioning is not None:
         paths.jump[0] += conditioning_shortfall(problem, paths.joints[:, 0])
@@ -242,11 +242,11 @@ def seen_from(problem: ReducedProblem, positions: Floats) -> Floats:
 
 
 SINGULAR = 10.0
-"""Violation of a path per unit of σmin/σmax that it lacks: conditioning numbers are small."""
+"""Violation of a path per unit of σmin/σmax by which it is too small: conditioning numbers are small."""
 
 
 def conditioning_shortfall(problem: ReducedProblem, joints: Floats) -> Floats:
-    """What paths (6, L, m) lack of the conditioning asked for: (L,), scaled by `SINGULAR`, 0 where nothing is."""
+    """Violation of the conditioning asked for by paths (6, L, m): (L,), scaled by `SINGULAR`, 0 where there is none."""
     arm = problem.arm
     flat = joints.reshape(6, -1).T
     values = conditioning_of(chain_of(arm.robot), arm.tool, flat, characteristic_length(arm.robot))

@@ -217,7 +217,7 @@ def _pick(problem: ReducedProblem, net: _Net) -> list[Candidate]:
 
 
 def _of_every_posture(net: _Net) -> list[Candidate]:
-    """The best usable point of every posture, or else the one that lacks least."""
+    """The best usable point of every posture, or else the one that violates least."""
     value = np.where(net.violation > 0.0, np.inf, net.objective)
     none = ~np.any(np.isfinite(value), axis=1)
     value[none] = net.violation[none]
@@ -286,7 +286,7 @@ def _take(
 
 
 def _add_shortfall(problem: ReducedProblem, parts: list[Paths], objective: Floats, violation: Floats) -> None:
-    """Add to ``violation`` (8, N) what the most promising paths lack of the conditioning asked for."""
+    """Add to ``violation`` (8, N) by how much the most promising paths violate the conditioning asked for."""
     score = problem.score(objective, violation)
     best = np.argsort(score, axis=None)[:CONDITIONED]
     k, i = np.unravel_index(best[np.isfinite(score.ravel()[best])], score.shape)

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from duocell.models.cell.cell import Cell
-from duocell.models.cell.singular_margins import lacking_at_poses
+from duocell.models.cell.singular_margins import violations_at_poses
 from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.kinematics.wrist_singularity import wrist_shortfall
 from duocell.models.robot.arm import Arm
@@ -59,7 +59,7 @@ def touches(cell: Cell, arm: Arm, point: ArmSolution) -> tuple[bool, bool]:
     form = closed_form(arm.robot)
     if form is None or point.signs is None:
         return False, False
-    through, allowed = lacking_at_poses(arm, cell.task, point.joints)
+    through, allowed = violations_at_poses(arm, cell.task, point.joints)
     return bool(np.any(through)), bool(np.any(allowed > 0.0))
 
 

@@ -73,7 +73,7 @@ class Terms:
 
     def merit(self, at: Linearisation) -> float:
         """E with the violation made dear."""
-        return at.objective + self.penalty * max(at.lack, 0.0)
+        return at.objective + self.penalty * max(at.violation, 0.0)
 
     def seen(self, points: Sequence[ArmSolution]) -> Linearisation:
         """What a layout is like."""
@@ -94,7 +94,7 @@ def descend(terms: Terms, here: Linearisation) -> tuple[Linearisation, int]:
     descent = _Descent(terms, here)
     for round_ in range(ROUNDS):
         check_stop()
-        tell(Iterated(round_, descent.here.objective, max(descent.here.lack, 0.0)))
+        tell(Iterated(round_, descent.here.objective, max(descent.here.violation, 0.0)))
         if descent.over:
             return descent.here, round_
         trial = descent.trial()
@@ -112,17 +112,17 @@ class _Descent:
     """Where a descent is.
 
     Attributes:
-        terms: its terms. here: the layout. radius: m, see `RADIUS`. lacks: m or rad, violations so far.
+        terms: its terms. here: the layout. radius: m, see `RADIUS`. violations: m or rad, violations so far.
     """
 
     terms: Terms
     here: Linearisation
     radius: float = RADIUS
-    lacks: list[float] = field(default_factory=list)
+    violations: list[float] = field(default_factory=list)
     _model: Quadratic | None = None
 
     def __post_init__(self) -> None:
-        self.lacks.append(self.here.lack)
+        self.violations.append(self.here.violation)
 
     @property
     def over(self) -> bool:
@@ -132,8 +132,12 @@ class _Descent:
     @property
     def _stuck(self) -> bool:
         """True where something is violated and that gets no better any more."""
-        (rounds, share), lacks = STUCK, self.lacks
-        return lacks[-1] > MARGIN and len(lacks) > rounds and lacks[-1] > (1.0 - share) * lacks[-1 - rounds]
+        (rounds, share), violations = STUCK, self.violations
+        return (
+            violations[-1] > MARGIN
+            and len(violations) > rounds
+            and violations[-1] > (1.0 - share) * violations[-1 - rounds]
+        )
 
     @property
     def _merit(self) -> float:
@@ -154,14 +158,14 @@ class _Descent:
         step, moved, straight = self._step(model, here.rows, bounds)
         if step is None or moved is None:
             return None
-        promised = terms.penalty * (max(here.lack, 0.0) - step.slack) - model.change(step.step)
+        promised = terms.penalty * (max(here.violation, 0.0) - step.slack) - model.change(step.step)
         if promised <= self._least and not straight:
             return None
         there = terms.seen(moved)
         if here.followed and not there.followed:
             return None
         gained = self._merit - terms.merit(there)
-        if gained < POOR * promised and there.lack > max(here.lack, 0.0):
+        if gained < POOR * promised and there.violation > max(here.violation, 0.0):
             corrected = self._corrected(there, model, step, bounds)
             if corrected is not None and self._merit - terms.merit(corrected) > gained:
                 there, gained = corrected, self._merit - terms.merit(corrected)
@@ -175,7 +179,7 @@ class _Descent:
             self.radius = min(LONGER * self.radius, LARGEST_RADIUS)
         if trial.gained > 0.0:
             self.here, self._model = trial.there, None
-        self.lacks.append(self.here.lack)
+        self.violations.append(self.here.violation)
 
     def ended(self, round_: int, trial: _Trial) -> bool:
         """True after a step to the foot of the slope, into a basin that is known, or towards nothing better."""

@@ -36,13 +36,13 @@ def followed_dips(scene: Scene, points: Sequence[ArmSolution]) -> list[tuple[int
 
 
 def dips(scene: Scene, index: int, point: ArmSolution, step: int) -> list[float]:
-    """Fractions of a step at which an arm lacks most of its margins, one for each stretch on which it lacks any.
+    """Fractions of a step at which an arm violates its margins most, one for each stretch on which it violates any.
 
     Args:
         scene: the cell. index: of the arm. point: its base and joints at the poses. step: index of the pose before.
 
     Returns:
-        The fractions; nothing for an arm without a closed form, or where nothing is lacking.
+        The fractions; nothing for an arm without a closed form, or where nothing is violated.
     """
     if closed_form(scene.cell.arms[index].robot) is None or point.signs is None:
         return []

@@ -27,7 +27,7 @@ class LinearRows:
     reach: Floats
 
     @property
-    def lack(self) -> float:
+    def violation(self) -> float:
         """The largest shortfall; <= 0 if every row holds."""
         return float(np.max(self.required - self.values, initial=-np.inf))
 

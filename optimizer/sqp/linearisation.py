@@ -33,9 +33,9 @@ class Linearisation:
     followed: bool
 
     @property
-    def lack(self) -> float:
+    def violation(self) -> float:
         """The largest violation of anything [m or rad]; <= 0 if there is none."""
-        return self.rows.lack
+        return self.rows.violation
 
 
 def linearise(

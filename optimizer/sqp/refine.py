@@ -46,14 +46,14 @@ class Refined:
     """Where a refinement ended.
 
     Attributes:
-        points: one per arm. objective: E. lack: largest violation met at the samples, <= 0 if none.
+        points: one per arm. objective: E. violation: largest violation met at the samples, <= 0 if none.
         clean: True if the layout passed every check. clearance: the path check of a layout that is clean or nearly so.
         rounds: programs solved.
     """
 
     points: tuple[ArmSolution, ...]
     objective: float
-    lack: float
+    violation: float
     clean: bool
     clearance: PathClearance | None
     rounds: int
@@ -89,7 +89,7 @@ def refine(
                 return other
         if not run.goes_on_from(here):
             break
-    return run.best or Refined(here.points, here.objective, here.lack, False, None, run.rounds)
+    return run.best or Refined(here.points, here.objective, here.violation, False, None, run.rounds)
 
 
 @dataclass(eq=False, slots=True)
@@ -123,7 +123,7 @@ class _Refinement:
         """Where the next descent ends."""
         terms = Terms(self._asked, self._margins, self._penalty, worth, self.deadline, ends, self.beat)
         seen = terms.seen(self._points)
-        if self._safe is None and self.best is None and seen.lack <= 0.0:
+        if self._safe is None and self.best is None and seen.violation <= 0.0:
             self._safe = seen
         here, used = descend(terms, seen)
         self.rounds += used
@@ -136,7 +136,7 @@ class _Refinement:
         if self._is_lost(here):
             return self._is_safer()
         self._points = here.points
-        if here.lack <= NEARLY:
+        if here.violation <= NEARLY:
             self.best = _judged(self.scene, here, self.rounds)
             if self.best.clean or time.perf_counter() > self.deadline:
                 return False
@@ -148,10 +148,10 @@ class _Refinement:
     def _is_lost(self, here: Linearisation) -> bool:
         """True where a violation is too large to be mended, or does not end although it got dearer."""
         dearer = self._penalty > penalty_of(self.scene.cell)
-        return here.lack > HOPELESS or (self.best is None and here.lack > NEARLY and dearer)
+        return here.violation > HOPELESS or (self.best is None and here.violation > NEARLY and dearer)
 
     def _is_safer(self) -> bool:
-        """Begin anew at the layout that lacked nothing, with violations much dearer; False where that was done."""
+        """Begin anew at the layout that violated nothing, with violations much dearer; False where that was done."""
         penalty = SAFE * penalty_of(self.scene.cell)
         if self._safe is None or self.best is not None or self._penalty >= penalty:
             return False
@@ -175,10 +175,17 @@ class _Refinement:
 def _judged(scene: Scene, here: Linearisation, rounds: int) -> Refined:
     """A layout that nearly holds everything, after the full check of its path."""
     clearance = scene.certify(here.points)
-    lack = max(scene.tie_lack(here.points), scene.floor_lack(here.points))
+    violation = max(scene.tie_violation(here.points), scene.floor_violation(here.points))
     passes = clearance.clear and clearance.limit_excess <= LIMITS
-    clean = lack <= LIMITS and scene.usable(here.points) and passes
-    return Refined(here.points, here.objective, max(lack, here.lack if not clean else lack), clean, clearance, rounds)
+    clean = violation <= LIMITS and scene.usable(here.points) and passes
+    return Refined(
+        here.points,
+        here.objective,
+        max(violation, here.violation if not clean else violation),
+        clean,
+        clearance,
+        rounds,
+    )
 
 
 def _away_from_singularities(scene: Scene, clearance: PathClearance, points: Sequence[ArmSolution]) -> Scene:

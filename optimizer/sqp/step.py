@@ -17,7 +17,7 @@ from duocell.optimizer.sqp.linear_rows import LinearRows
 from duocell.optimizer.sqp.quadratic import Quadratic
 
 TOLERANCE, DUAL_TOLERANCE = 1e-9, 1e-8
-"""Of the scaled program: what its rows may lack, and how far from the best step it may be."""
+"""Of the scaled program: how much its rows may be violated, and how far from the best step it may be."""
 ITERATIONS = 100
 
 
@@ -26,7 +26,7 @@ class Step:
     """A step and what it promises.
 
     Attributes:
-        step: (C,) change of the unknowns. slack: what the rows lack at most after it, as far as they tell.
+        step: (C,) change of the unknowns. slack: how much the rows are violated at most after it, as far as they tell.
     """
 
     step: Floats

@@ -78,34 +78,34 @@ class Scene:
         task = self.cell.task
         return sum(objective_of(task, arm, point.joints) for arm, point in zip(self.cell.arms, points, strict=True))
 
-    def floor_lack(self, points: Sequence[ArmSolution]) -> float:
+    def floor_violation(self, points: Sequence[ArmSolution]) -> float:
         """Largest distance [m] by which a footprint is where it must not be; <= 0 if none is."""
-        return float(self.floor_lacks([points])[0])
+        return float(self.floor_violations([points])[0])
 
-    def floor_lacks(self, layouts: Sequence[Sequence[ArmSolution]]) -> Floats:
+    def floor_violations(self, layouts: Sequence[Sequence[ArmSolution]]) -> Floats:
         """(L,) m, likewise for many layouts."""
         floor = self.cell.surroundings.floor
         if floor is None or not len(layouts):
             return np.zeros(len(layouts))
-        lacks = []
+        violations = []
         for a, (arm, footprint) in enumerate(zip(self.cell.arms, self.footprints, strict=True)):
             places = np.array([points[a].position[:2] for points in layouts])
             turned = world_yaw(arm, np.array([points[a].yaw for points in layouts]))
-            lacks.append(-floor.signed_distance(places, footprint, turned))
-        worst: Floats = np.max(lacks, axis=0)
+            violations.append(-floor.signed_distance(places, footprint, turned))
+        worst: Floats = np.max(violations, axis=0)
         return worst
 
-    def tie_lack(self, points: Sequence[ArmSolution]) -> float:
+    def tie_violation(self, points: Sequence[ArmSolution]) -> float:
         """Largest violation of a coupling row [m or rad]."""
         bases = [(*point.position, point.yaw) for point in points]
-        return max((tie_violation(coupling.rows(bases)) for coupling in self.cell.couplings), default=0.0)
+        return max((row_violation(coupling.rows(bases)) for coupling in self.cell.couplings), default=0.0)
 
-    def contact_lacks(self, layouts: Sequence[Sequence[ArmSolution]]) -> Floats:
+    def contact_violations(self, layouts: Sequence[Sequence[ArmSolution]]) -> Floats:
         """(L,) m, largest shortfall of a distance at the poses of each layout; 0 where none falls short."""
         model, m = self.model, len(self.cell.task)
-        lacks: Floats = np.zeros(len(layouts))
+        violations: Floats = np.zeros(len(layouts))
         if model is None or not len(layouts):
-            return lacks
+            return violations
         bases = np.stack([self.bases(points) for points in layouts])
         joints = [np.stack([points[a].joints for points in layouts]) for a in range(len(self.cell.arms))]
         places = model.configure_layouts(bases, joints, self.cell.task.poses, self.cell.task.segment_of)
@@ -114,8 +114,8 @@ class Scene:
         if len(short):
             counted = model.counted_layouts(bases[short])
             here = np.where(counted[:, None], spare[short], np.inf).reshape(len(short), -1)
-            lacks[short] = self._worst(model, places, m * short, here)
-        return lacks
+            violations[short] = self._worst(model, places, m * short, here)
+        return violations
 
     def _worst(self, model: CollisionModel, places: Configurations, first: Ints, spare: Floats) -> Floats:
         """(L,) m, largest shortfalls, 0 where there is none or less than `KEPT`.
@@ -150,7 +150,7 @@ def world_yaw(arm: Arm, yaw: Floats | float) -> Floats:
     return np.arctan2(axis[..., 1], axis[..., 0])
 
 
-def tie_violation(rows: Rows) -> float:
+def row_violation(rows: Rows) -> float:
     """Largest distance of a row's value to its set."""
     pairs = zip(rows.values, rows.lower, rows.upper, strict=True)
     return max(max(low - float(value), float(value) - high, 0.0) for value, low, high in pairs)
@@ -161,7 +161,9 @@ def alone_scene(cell: Cell, arm: Arm) -> Scene:
     return Scene.of(replace(cell, arms=(arm,), couplings=()), holders=cell.arms)
 
 
-def own_lacks(alone: Scene, points: Sequence[ArmSolution]) -> list[float]:
+def own_violations(alone: Scene, points: Sequence[ArmSolution]) -> list[float]:
     """Largest shortfall [m] of floor and distances at the poses of each point, as far as one arm alone is concerned."""
-    contacts = alone.contact_lacks([[point] for point in points])
-    return [max(alone.floor_lack([point]), float(lack)) for point, lack in zip(points, contacts, strict=True)]
+    contacts = alone.contact_violations([[point] for point in points])
+    return [
+        max(alone.floor_violation([point]), float(violation)) for point, violation in zip(points, contacts, strict=True)
+    ]

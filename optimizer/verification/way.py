@@ -27,7 +27,7 @@ import numpy as np
 from duocell.models.base.arrays import Bools, Floats, Ints
 from duocell.models.base.pose import inverse
 from duocell.models.cell.cell import Cell
-from duocell.models.cell.singular_margins import keeps_margins, lacking_at_poses, spare_terms
+from duocell.models.cell.singular_margins import keeps_margins, spare_terms, violations_at_poses
 from duocell.models.cell.task import Task
 from duocell.models.kinematics.branches import solve_signed
 from duocell.models.kinematics.closed_form import ClosedForm, closed_form
@@ -270,10 +270,10 @@ def _may_leave_limits(arm: Arm, halves: _Intervals, sag: Floats) -> Bools:
 
 
 def _at_poses(arm: Arm, task: Task, joints: Floats) -> tuple[Ints, Floats]:
-    """The poses too near a singularity for a way through them, and what steps may lack; see `lacking_at_poses`."""
+    """Poses too near a singularity to pass, and the violations steps are allowed; see `violations_at_poses`."""
     if not keeps_margins(arm):
         return np.zeros(0, dtype=np.int64), np.zeros((len(joints) - 1, 1))
-    touching, relief = lacking_at_poses(arm, task, joints)
+    touching, relief = violations_at_poses(arm, task, joints)
     return np.flatnonzero(touching), relief
 
 

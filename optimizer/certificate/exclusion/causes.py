@@ -9,7 +9,7 @@ from duocell.models.collision.collision import CollisionModel
 from duocell.models.robot.robot import Robot
 
 TOLERANCE = 6e-6
-"""m that a slack must lack to exclude: a usable layout may lack 1e-6, distances are known to about as much, and two
+"""m of violation that exclude: a usable layout may violate by 1e-6, distances are known to about as much, and two
 hands may be off their poses by 1e-6 m and rad each."""
 
 

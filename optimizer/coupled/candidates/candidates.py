@@ -14,7 +14,7 @@ AT_ONCE = 128
 
 
 class ArmCandidates:
-    """Placements of one arm with what they lack by themselves."""
+    """Placements of one arm with their violations by themselves."""
 
     def __init__(self, problem: FollowedProblem, placements: Placements, tests: PlacementFilter) -> None:
         """Nothing is tested yet.
@@ -23,21 +23,21 @@ class ArmCandidates:
             problem: reduced problem of the arm. placements: cheapest first. tests: of the arm.
         """
         self.problem, self.placements, self.tests = problem, placements, tests
-        self.lacks: Floats = np.full(len(placements), np.nan)
+        self.violations: Floats = np.full(len(placements), np.nan)
 
     def __len__(self) -> int:
         return len(self.placements)
 
     def tested(self, rows: Ints) -> Floats:
-        """(n,) m, what placements (n,) lack; see `PlacementFilter.lacks`."""
-        new = np.unique(rows[np.isnan(self.lacks[rows])])
+        """(n,) m, violations of placements (n,); see `PlacementFilter.violations`."""
+        new = np.unique(rows[np.isnan(self.violations[rows])])
         if len(new):
-            self.lacks[new] = self.tests.lacks(self.placements.take(new))
-        found: Floats = self.lacks[rows]
+            self.violations[new] = self.tests.violations(self.placements.take(new))
+        found: Floats = self.violations[rows]
         return found
 
     def usable(self, count: int) -> Ints:
-        """Numbers of the ``count`` cheapest that lack nothing or little; fewer where there are no more."""
+        """Numbers of the ``count`` cheapest that violate nothing or little; fewer where there are no more."""
         found = np.zeros(0, dtype=np.int64)
         for at in range(0, len(self), AT_ONCE):
             if len(found) >= count:

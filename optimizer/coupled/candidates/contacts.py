@@ -73,8 +73,8 @@ class SomePairs:
         bounds, inner = PairBounds(some), InnerCapsules.of(some)
         return SomePairs(some, pairs, frames, bounds, required[pairs], b.segments[pairs], closed, inner)
 
-    def lacks(self, frames: Floats, segments: Ints) -> Floats:
-        """(K, Q) m, what pairs surely lack of their distances, 0 where that is nothing.
+    def violations(self, frames: Floats, segments: Ints) -> Floats:
+        """(K, Q) m, by how much pairs surely violate their distances, 0 where they may keep them.
 
         Args:
             frames: (K, F', 4, 4) in the world. segments: (K,) of the configurations.
@@ -85,13 +85,13 @@ class SomePairs:
         spare = self.bounds.up_to(frames, ends, every, self.required) - self.required
         if np.any(self.segments != EVERY):
             spare[(self.segments != EVERY) & (self.segments != segments[:, None])] = np.inf
-        lacks: Floats = np.maximum(-spare, 0.0)
-        k, pairs = np.nonzero((lacks > 0.0) & ~self.bounds.exact)
-        lacks[k, pairs] = self._upper(frames, ends, k, pairs)
-        return lacks
+        violations: Floats = np.maximum(-spare, 0.0)
+        k, pairs = np.nonzero((violations > 0.0) & ~self.bounds.exact)
+        violations[k, pairs] = self._upper(frames, ends, k, pairs)
+        return violations
 
     def _upper(self, frames: Floats, ends: Floats, k: Ints, pairs: Ints) -> Floats:
-        """(q,) m, what pairs (q,) surely lack in configurations (q,), as far as closed forms tell."""
+        """(q,) m, sure violations by pairs (q,) in configurations (q,), as far as closed forms tell."""
         if not len(k):
             return np.zeros(0)
         closed = self.closed[pairs]
@@ -101,8 +101,8 @@ class SomePairs:
         first, second = self.bodies.first[pairs], self.bodies.second[pairs]
         thin: Floats = np.where(self.bodies.rounded[first], self.bodies.radius[first], self.bodies.radius[second])
         gaps = np.where(np.isnan(gaps), -thin, gaps)  # a segment inside of a box
-        lacks: Floats = np.maximum(self.required[pairs] - gaps, 0.0)
-        return lacks
+        violations: Floats = np.maximum(self.required[pairs] - gaps, 0.0)
+        return violations
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -30,7 +30,7 @@ class Effort:
     """How far pairs are looked through.
 
     Attributes:
-        wanted: layouts that lack nothing after which no more are looked for.
+        wanted: layouts that violate nothing after which no more are looked for.
         windows: where arms share no tied unknown, so many of the cheapest placements of each are paired, then of more
             and more.
         block: pairs looked at together.
@@ -53,14 +53,14 @@ class Layouts:
     """Layouts of the first arms.
 
     Attributes:
-        placements: per arm, one for each layout. lacks: (K,) m, what is missing, 0 if nothing.
+        placements: per arm, one for each layout. violations: (K,) m, what is missing, 0 if nothing.
     """
 
     placements: tuple[Placements, ...]
-    lacks: Floats
+    violations: Floats
 
     def __len__(self) -> int:
-        return len(self.lacks)
+        return len(self.violations)
 
     @property
     def objective(self) -> Floats:
@@ -70,7 +70,7 @@ class Layouts:
 
     def take(self, rows: Ints | Bools) -> Layouts:
         """Some of them."""
-        return Layouts(tuple(own.take(rows) for own in self.placements), self.lacks[rows])
+        return Layouts(tuple(own.take(rows) for own in self.placements), self.violations[rows])
 
     @staticmethod
     def joined(parts: Sequence[Layouts]) -> Layouts:
@@ -78,7 +78,7 @@ class Layouts:
         arms = range(len(parts[0].placements))
         return Layouts(
             tuple(Placements.joined([part.placements[a] for part in parts]) for a in arms),
-            np.concatenate([part.lacks for part in parts]),
+            np.concatenate([part.violations for part in parts]),
         )
 
 
@@ -96,7 +96,7 @@ class Extender:
         self._pairs: list[SomePairs | None] = [_between(scene, other, len(arms) - 1) for other in range(len(arms) - 1)]
 
     def extended(self, layouts: Layouts) -> Layouts:
-        """The cheapest layouts with one more arm that do not surely collide, those that lack nothing first.
+        """The cheapest layouts with one more arm that do not surely collide, those that violate nothing first.
 
         Args:
             layouts: of the arms before it, cheapest first; of a single one all its placements, tested or not.
@@ -116,14 +116,14 @@ class Extender:
             found = self._looked_at(layouts, added, k, j, counts)
             if len(found):
                 kept.append(found)
-                good = found.lacks <= LIMITS
+                good = found.violations <= LIMITS
                 clean += int(np.sum(good))
                 best = min(best, float(np.min(found.objective[good], initial=np.inf)))
         if not kept:
             none = np.zeros(0, dtype=np.int64)
             return Layouts((*layouts.take(none).placements, added.placements.take(none)), np.zeros(0))
         every = Layouts.joined(kept)
-        return every.take(np.lexsort((every.objective, every.lacks > LIMITS)))
+        return every.take(np.lexsort((every.objective, every.violations > LIMITS)))
 
     def _pairs_by_cost(self, layouts: Layouts, added: ArmCandidates) -> Iterator[tuple[Ints, Ints, Floats]]:
         """Blocks of pairs of a layout and a placement that may keep their couplings, with lower bounds of the cost."""
@@ -149,14 +149,14 @@ class Extender:
         return self._ties.moves or self._ties.turns
 
     def _ahead(self, layouts: Layouts, count: int) -> Ints:
-        """Numbers of the first ``count`` layouts that lack nothing or little by themselves."""
+        """Numbers of the first ``count`` layouts that violate nothing or little by themselves."""
         if self._stay_untested or len(self._arms) > 2:
             return np.arange(min(count, len(layouts)))
         return self._arms[0].usable(count)
 
-    def _lacks_before(self, layouts: Layouts, k: Ints) -> Floats:
-        """(n,) m, what layouts (n,) lack without the arm that is added."""
-        found: Floats = self._arms[0].tested(k) if len(self._arms) == 2 else layouts.lacks[k]
+    def _violations_before(self, layouts: Layouts, k: Ints) -> Floats:
+        """(n,) m, violations of layouts (n,) without the arm that is added."""
+        found: Floats = self._arms[0].tested(k) if len(self._arms) == 2 else layouts.violations[k]
         return found
 
     def _sorted(self, layouts: Layouts, added: ArmCandidates, k: Ints, j: Ints) -> Iterator[tuple[Ints, Ints, Floats]]:
@@ -178,40 +178,40 @@ class Extender:
     ) -> Layouts:
         """Those of some pairs, cheapest first, that go together in regions where more are wanted."""
         if not self._stay_untested:
-            first = self._arms[0].lacks[k] if len(self._arms) == 2 else layouts.lacks[k]
-            hopeful = ~((first > FORGIVEN) | (added.lacks[j] > FORGIVEN))  # not known is hopeful
+            first = self._arms[0].violations[k] if len(self._arms) == 2 else layouts.violations[k]
+            hopeful = ~((first > FORGIVEN) | (added.violations[j] > FORGIVEN))  # not known is hopeful
             k, j = k[hopeful], j[hopeful]
         room = np.flatnonzero(_room(_keys(layouts, added, k, j), counts, 6 * OF_REGION))
         k, j = k[room], j[room]
         together = Layouts((*layouts.take(k).placements, added.placements.take(j)), np.zeros(len(k)))
         if self._stay_untested:
             placements, _ = self._ties.kept(together.placements)
-            lacks = [arm.tests.lacks(own) for arm, own in zip(self._arms, placements, strict=True)]
-            together = Layouts(placements, np.max(lacks, axis=0))
+            violations = [arm.tests.violations(own) for arm, own in zip(self._arms, placements, strict=True)]
+            together = Layouts(placements, np.max(violations, axis=0))
         else:
-            together = Layouts(together.placements, np.maximum(self._lacks_before(layouts, k), added.tested(j)))
-        together = together.take(together.lacks <= FORGIVEN)
-        together = Layouts(together.placements, np.maximum(together.lacks, self._arm_lacks(together)))
-        together = together.take(together.lacks <= FORGIVEN)
+            together = Layouts(together.placements, np.maximum(self._violations_before(layouts, k), added.tested(j)))
+        together = together.take(together.violations <= FORGIVEN)
+        together = Layouts(together.placements, np.maximum(together.violations, self._arm_violations(together)))
+        together = together.take(together.violations <= FORGIVEN)
         keys = _region_keys(together)
         taken = np.zeros(len(together), dtype=np.bool_)
-        for row in np.lexsort((together.objective, together.lacks > LIMITS)).tolist():
-            key = (*keys[row], int(together.lacks[row] > LIMITS))
+        for row in np.lexsort((together.objective, together.violations > LIMITS)).tolist():
+            key = (*keys[row], int(together.violations[row] > LIMITS))
             if counts.get(key, 0) < OF_REGION:
                 taken[row] = True
                 counts[key] = counts.get(key, 0) + 1
         return together.take(taken)
 
-    def _arm_lacks(self, layouts: Layouts) -> Floats:
-        """(K,) m, what the last arm lacks of its distances from the others."""
+    def _arm_violations(self, layouts: Layouts) -> Floats:
+        """(K,) m, by how much the last arm violates its distances from the others."""
         worst: Floats = np.zeros(len(layouts))
         for other, pairs in enumerate(self._pairs):
             if pairs is not None:
-                worst = np.maximum(worst, self._between_lacks(layouts, other, pairs, worst))
+                worst = np.maximum(worst, self._violations_between(layouts, other, pairs, worst))
         return worst
 
-    def _between_lacks(self, layouts: Layouts, other: int, pairs: SomePairs, worst: Floats) -> Floats:
-        """(K,) m, what two arms lack; poses are looked at one after the other until too much is missing."""
+    def _violations_between(self, layouts: Layouts, other: int, pairs: SomePairs, worst: Floats) -> Floats:
+        """(K,) m, violations of two arms' distances; poses are looked at in turn until too much is missing."""
         task, cell = self._scene.cell.task, self._scene.cell
         last = len(self._arms) - 1
         both = [layouts.placements[a] for a in (other, last)]
@@ -228,10 +228,10 @@ class Extender:
             done += len(poses)
             joints = [own.joints[left][:, poses] for own in both]
             frames = arm_frames(self._scene, [other, last], pairs, bases[left], joints, task.poses[poses])
-            lacks = pairs.lacks(
+            violations = pairs.violations(
                 frames.reshape(len(left) * len(poses), -1, 4, 4), np.tile(task.segment_of[poses], len(left))
             )
-            worst[left] = np.maximum(worst[left], lacks.reshape(len(left), -1).max(axis=1, initial=0.0))
+            worst[left] = np.maximum(worst[left], violations.reshape(len(left), -1).max(axis=1, initial=0.0))
         return worst
 
 
@@ -287,7 +287,7 @@ def first_layouts(arm: ArmCandidates, ties: LooseTies, alone: bool) -> Layouts:
         return Layouts((arm.placements,), np.zeros(len(arm)))
     counts: dict[tuple[int, ...], int] = {}
     rows = arm.usable(ALONE)
-    layouts = Layouts((arm.placements.take(rows),), arm.lacks[rows])
-    layouts = layouts.take(np.lexsort((layouts.objective, layouts.lacks > LIMITS)))
+    layouts = Layouts((arm.placements.take(rows),), arm.violations[rows])
+    layouts = layouts.take(np.lexsort((layouts.objective, layouts.violations > LIMITS)))
     taken = _room(_region_keys(layouts), counts, OF_REGION)
     return layouts.take(taken)

@@ -21,7 +21,7 @@ POSITIONS = {0: 1, 1: 200, 2: 1500, 3: 3000}
 def sample_layouts(
     followed: Followed, density: float, seed: int, effort: Effort = FULL, closely: bool = False
 ) -> tuple[Layouts, int]:
-    """Layouts that do not surely lack anything, those without any shortfall first; and how many placements were tried.
+    """Layouts without sure violations, those without any first; and how many placements were tried.
 
     Args:
         followed: the cell.

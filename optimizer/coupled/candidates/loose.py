@@ -12,16 +12,16 @@ from duocell.models.cell.coupling import Coupling
 from duocell.optimizer.coupled.candidates.followed import FollowedProblem
 from duocell.optimizer.coupled.candidates.placements import Placements, moved
 from duocell.optimizer.coupled.candidates.unknowns import TiedUnknowns
-from duocell.optimizer.coupled.combinations.project_positions import tie_lacks
+from duocell.optimizer.coupled.combinations.project_positions import tie_violations
 
 STEPS, TURNS = 5, 12
 """Gauss-Newton steps onto the rows of positions, and of yaws; a turn that ends at a limit is made up for by others."""
 DIFFERENCE = 1e-6
 """m and rad, of the rows' derivatives."""
 KEPT = 1e-9
-"""m and rad; what lacks less is kept."""
+"""m and rad; what is violated by less is kept."""
 REACHED = 1e-7
-"""m and rad; what a layout that was moved or turned may lack."""
+"""m and rad of violation that a layout that was moved or turned may have."""
 SPACINGS = 1.5
 """How many spacings of the samples layouts may be moved."""
 TRIED = 64
@@ -35,8 +35,8 @@ class LooseTies:
     Attributes:
         couplings: among them. problems: their reduced problems. boxes: (A, 3, 2) m, where their bases may stand.
         basis: (U, A, 3) m per m, how the positions follow the free unknowns.
-        slack: (R,) m, what a row of the couplings may lack before layouts are moved; infinite for rows of yaws.
-        stiffness: (R,) what a rad² that a row of yaws lacks costs at least; 0 for other rows.
+        slack: (R,) m, violation of a row below which layouts are not moved yet; infinite for rows of yaws.
+        stiffness: (R,) what a rad² of violation of a row of yaws costs at least; 0 for other rows.
         moves: True if layouts have to be moved, turns: or turned, to keep the couplings.
     """
 
@@ -92,9 +92,9 @@ class LooseTies:
         count = bases[0].shape[1]
         if not self.couplings:
             return np.ones(count, dtype=np.bool_), np.zeros(count)
-        lacks = tie_lacks(self.couplings, bases)
-        near: Bools = np.all(np.abs(lacks) <= self.slack, axis=-1)
-        return near, (np.where(self.stiffness > 0.0, lacks, 0.0) ** 2) @ self.stiffness
+        violations = tie_violations(self.couplings, bases)
+        near: Bools = np.all(np.abs(violations) <= self.slack, axis=-1)
+        return near, (np.where(self.stiffness > 0.0, violations, 0.0) ** 2) @ self.stiffness
 
     def kept(self, placements: tuple[Placements, ...]) -> tuple[tuple[Placements, ...], Ints]:
         """Layouts that keep their couplings once they are moved and turned as little as possible.
@@ -107,8 +107,8 @@ class LooseTies:
             placements, rows = self._moved(placements)
         if self.turns and len(rows):
             placements = self._turned(placements)
-            lacks = tie_lacks(self.couplings, [own.bases for own in placements])
-            good = np.all(np.abs(lacks) <= REACHED, axis=-1)
+            violations = tie_violations(self.couplings, [own.bases for own in placements])
+            good = np.all(np.abs(violations) <= REACHED, axis=-1)
             placements, rows = tuple(own.take(good) for own in placements), rows[good]
         return placements, rows
 
@@ -116,25 +116,28 @@ class LooseTies:
         """(K, A, 3) m, positions moved onto the couplings, and (K,) False where they do not arrive in their boxes."""
         rows = self.stiffness == 0.0
         for _ in range(STEPS if self.moves else 0):
-            lacks = self._lacks(positions)[:, rows]
+            violations = self._violations(positions)[:, rows]
             slopes = np.stack(
-                [(self._lacks(positions + DIFFERENCE * way)[:, rows] - lacks) / DIFFERENCE for way in self.basis],
+                [
+                    (self._violations(positions + DIFFERENCE * way)[:, rows] - violations) / DIFFERENCE
+                    for way in self.basis
+                ],
                 axis=-1,
             )
-            step = (np.linalg.pinv(slopes, rcond=1e-6) @ lacks[..., None])[..., 0]
+            step = (np.linalg.pinv(slopes, rcond=1e-6) @ violations[..., None])[..., 0]
             positions = positions - (step @ self.basis.reshape(len(self.basis), -1)).reshape(positions.shape)
         inside = np.all(
             (positions >= self.boxes[..., 0] - KEPT) & (positions <= self.boxes[..., 1] + KEPT), axis=(1, 2)
         )
         positions = np.clip(positions, self.boxes[..., 0], self.boxes[..., 1])
-        return positions, inside & np.all(np.abs(self._lacks(positions)[:, rows]) <= REACHED, axis=-1)
+        return positions, inside & np.all(np.abs(self._violations(positions)[:, rows]) <= REACHED, axis=-1)
 
-    def _lacks(self, positions: Floats) -> Floats:
-        """(K, R) what the couplings lack at positions (K, A, 3), yaws aside."""
+    def _violations(self, positions: Floats) -> Floats:
+        """(K, R) violations of the couplings at positions (K, A, 3), yaws aside."""
         if not self.couplings:
             return np.zeros((len(positions), 0))
         bases = [np.vstack([positions[:, arm].T, np.zeros(len(positions))]) for arm in range(positions.shape[1])]
-        return tie_lacks(self.couplings, bases)
+        return tie_violations(self.couplings, bases)
 
     def _moved(self, placements: tuple[Placements, ...]) -> tuple[tuple[Placements, ...], Ints]:
         """Those that are usable in the same postures where their couplings hold; and which these are."""
@@ -155,17 +158,18 @@ class LooseTies:
         by = np.zeros(bases[:, 3].shape)
         ease = 1.0 / np.array([_stiffness(problem) for problem in self.problems])
         for _ in range(TURNS):
-            lacks = tie_lacks(self.couplings, _with_yaws(bases, by))
+            violations = tie_violations(self.couplings, _with_yaws(bases, by))
             slopes = np.stack(
                 [
-                    (tie_lacks(self.couplings, _with_yaws(bases, by + DIFFERENCE * unit[:, None])) - lacks) / DIFFERENCE
+                    (tie_violations(self.couplings, _with_yaws(bases, by + DIFFERENCE * unit[:, None])) - violations)
+                    / DIFFERENCE
                     for unit in np.eye(len(bases))
                 ],
                 axis=-1,
             )
             slopes[np.abs(slopes) < DIFFERENCE] = 0.0
             scaled = slopes * np.sqrt(ease)
-            step = np.sqrt(ease) * (np.linalg.pinv(scaled, rcond=1e-6) @ lacks[..., None])[..., 0]
+            step = np.sqrt(ease) * (np.linalg.pinv(scaled, rcond=1e-6) @ violations[..., None])[..., 0]
             by = np.clip(by - step.T, limits[..., 0], limits[..., 1])
         return tuple(own.turned(p.problem, turn) for own, p, turn in zip(placements, self.problems, by, strict=True))
 
@@ -189,8 +193,8 @@ def _tied_rows(couplings: Sequence[Coupling], unknowns: TiedUnknowns, count: int
     common = np.unique(common)
     rows = [np.searchsorted(own.groups, common) for own in samples]
     bases = [np.vstack([own.positions[at].T, np.zeros(len(at))]) for own, at in zip(samples, rows, strict=True)]
-    lacks = tie_lacks(couplings, bases)
-    kept: Bools = np.all(np.abs(lacks) <= KEPT, axis=0)
+    violations = tie_violations(couplings, bases)
+    kept: Bools = np.all(np.abs(violations) <= KEPT, axis=0)
     return kept
 
 

@@ -15,20 +15,20 @@ from duocell.optimizer.verification.scene import Scene, world_yaw
 from duocell.optimizer.verification.way import follow_way
 
 FORGIVEN = 0.02
-"""m; what lacks no more than this may be repaired by a refinement."""
+"""m; a violation of no more than this may be repaired by a refinement."""
 AT_ONCE = 2_000
 """Configurations looked at in one go: what fits into a cache."""
 
 
 class PlacementFilter:
-    """What one arm lacks by itself, whatever the others do."""
+    """What one arm violates by itself, whatever the others do."""
 
     def __init__(self, scene: Scene, index: int, problem: ReducedProblem, closely: bool = False) -> None:
         """Get ready.
 
         Args:
             scene: of the cell. index: of the arm. problem: its reduced problem, on the poses of the scene's task.
-            closely: follow every placement that lacks little between the poses too.
+            closely: follow every placement that violates little between the poses too.
         """
         self._closely = closely
         self._scene, self._index, self._problem = scene, index, problem
@@ -38,24 +38,26 @@ class PlacementFilter:
             self._pairs = SomePairs.of(scene.model, scene.required, own) if np.any(own) else None
         self._order = telling_order(len(scene.cell.task))
 
-    def lacks(self, placements: Placements) -> Floats:
+    def violations(self, placements: Placements) -> Floats:
         """(N,) m, the largest shortfall of each placement; where it is beyond `FORGIVEN`, at least that.
 
         What only Coal can measure counts as kept.
         """
-        lacks: Floats = np.maximum(self.floor_lacks(placements), 0.0)
-        lacks[~well_conditioned(self._problem, placements)] = np.inf
+        violations: Floats = np.maximum(self.floor_violations(placements), 0.0)
+        violations[~well_conditioned(self._problem, placements)] = np.inf
         if self._pairs is not None:
-            left = np.flatnonzero(lacks <= FORGIVEN)
-            lacks[left] = np.maximum(lacks[left], self._contact_lacks(self._pairs, placements.take(left)))
+            left = np.flatnonzero(violations <= FORGIVEN)
+            violations[left] = np.maximum(
+                violations[left], self._contact_violations(self._pairs, placements.take(left))
+            )
         if self._closely:
-            for row in np.flatnonzero(lacks <= FORGIVEN).tolist():
+            for row in np.flatnonzero(violations <= FORGIVEN).tolist():
                 check_stop()
                 if not follow_way(self._scene.cell, self._problem.arm, placements.point(row)).free:
-                    lacks[row] = np.inf
-        return lacks
+                    violations[row] = np.inf
+        return violations
 
-    def floor_lacks(self, placements: Placements) -> Floats:
+    def floor_violations(self, placements: Placements) -> Floats:
         """(N,) m, by how much the footprints are where they must not be."""
         floor = self._scene.cell.surroundings.floor
         if floor is None or not len(placements):
@@ -63,7 +65,7 @@ class PlacementFilter:
         turned = world_yaw(self._problem.arm, placements.yaws)
         return -floor.signed_distance(placements.positions[:, :2], self._scene.footprints[self._index], turned)
 
-    def _contact_lacks(self, pairs: SomePairs, placements: Placements) -> Floats:
+    def _contact_violations(self, pairs: SomePairs, placements: Placements) -> Floats:
         """(N,) m, likewise for distances; poses are looked at one after the other until too much is missing."""
         arm, task = self._problem.arm, self._scene.cell.task
         bases = arm.base_in_world(placements.positions, placements.yaws)
@@ -80,11 +82,11 @@ class PlacementFilter:
             done += len(poses)
             for at in range(0, len(left), AT_ONCE):
                 some = left[at : at + AT_ONCE]
-                lacks = pairs.lacks(
+                violations = pairs.violations(
                     self._frames(pairs, bases[some], placements.joints[some][:, poses], task.poses[poses]),
                     np.tile(task.segment_of[poses], len(some)),
                 ).reshape(len(some), len(poses), -1)
-                most = lacks.max(axis=1)
+                most = violations.max(axis=1)
                 of_mounts[some] = np.maximum(of_mounts[some], most * mounts)
                 worst[some] = np.maximum(worst[some], np.max(most * ~mounts, axis=1, initial=0.0))
         self._add_mounts(pairs, bases, of_mounts, worst)
@@ -98,7 +100,7 @@ class PlacementFilter:
         )
 
     def _add_mounts(self, pairs: SomePairs, bases: Floats, of_mounts: Floats, worst: Floats) -> None:
-        """Bring in what base and first link lack, but for what the arm is mounted on."""
+        """Bring in the violations of base and first link, but for what the arm is mounted on."""
         model = self._scene.model
         short = np.flatnonzero((np.max(of_mounts, axis=1, initial=0.0) > worst) & (worst <= FORGIVEN))
         if model is None or not len(short):

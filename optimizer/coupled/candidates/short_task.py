@@ -62,17 +62,19 @@ class ShortTask:
         return tuple(replace(point, joints=point.joints[self.poses]) for point in points)
 
     def on_whole(self, points: Sequence[ArmSolution]) -> Start | None:
-        """A layout of the short task on all poses and what it lacks there; None where an arm does not reach one."""
+        """A layout of the short task on all poses and its violation there; None where an arm does not reach one."""
         found = []
         for problem, point in zip(self.problems, points, strict=True):
             whole = self._followed(problem, point)
             if whole is None:
                 return None
             found.append(whole)
-        lack = max(
-            float(self.whole.contact_lacks([found])[0]), self.whole.tie_lack(found), self.whole.floor_lack(found)
+        violation = max(
+            float(self.whole.contact_violations([found])[0]),
+            self.whole.tie_violation(found),
+            self.whole.floor_violation(found),
         )
-        return Start(tuple(found), self.whole.objective(found), lack)
+        return Start(tuple(found), self.whole.objective(found), violation)
 
     def _followed(self, problem: ReducedProblem, point: ArmSolution) -> ArmSolution | None:
         """A point of one arm on all poses: the same base, posture and turns of the joints."""

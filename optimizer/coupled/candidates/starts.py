@@ -29,21 +29,21 @@ class Start:
     """One point per arm.
 
     Attributes:
-        points: one per arm. objective: E. lack: largest shortfall [m], <= 0 if none.
+        points: one per arm. objective: E. violation: largest shortfall [m], <= 0 if none.
     """
 
     points: tuple[ArmSolution, ...]
     objective: float
-    lack: float
+    violation: float
 
     @property
     def clean(self) -> bool:
         """True if it keeps everything at the poses."""
-        return self.lack <= LIMITS
+        return self.violation <= LIMITS
 
     def score(self, penalty: float) -> float:
         """E with the shortfall made dear."""
-        return self.objective + penalty * max(self.lack, 0.0)
+        return self.objective + penalty * max(self.violation, 0.0)
 
 
 def starts_of(followed: Followed, layouts: Layouts, clean: int, others: int, apart: float = APART) -> list[Start]:
@@ -52,7 +52,7 @@ def starts_of(followed: Followed, layouts: Layouts, clean: int, others: int, apa
     Args:
         followed: the cell. layouts: those first that seem to keep everything. apart: m, see `APART`.
     """
-    seems = layouts.lacks <= LIMITS
+    seems = layouts.violations <= LIMITS
     kept: list[Start] = []
     spoilt: list[Start] = []
     for start in _measured(followed, layouts, np.flatnonzero(seems)[:MEASURED], kept, apart):
@@ -73,17 +73,17 @@ def starts_of(followed: Followed, layouts: Layouts, clean: int, others: int, apa
 def _measured(
     followed: Followed, layouts: Layouts, rows: Ints, kept: Sequence[Start] = (), apart: float = 0.0
 ) -> Iterator[Start]:
-    """Layouts with what they lack at and between the poses by Coal; without those beside ``kept``, which may grow."""
+    """Layouts with their violations at and between the poses by Coal; without those beside ``kept``, which may grow."""
     scene = followed.scene
     places = ((row, tuple(own.point(row) for own in layouts.placements)) for row in rows.tolist())
     apart_ones = (place for place in places if _distinct(place[1], kept, apart))
     while some := list(islice(apart_ones, BATCH)):
         check_stop()
         points = [own for _, own in some]
-        lacks = np.maximum(scene.contact_lacks(points), scene.floor_lacks(points))
-        for (row, own), lack in zip(some, lacks.tolist(), strict=True):
-            seen = float(layouts.lacks[row])
-            worst = max(lack, scene.tie_lack(own), seen if seen > LIMITS else 0.0)
+        violations = np.maximum(scene.contact_violations(points), scene.floor_violations(points))
+        for (row, own), violation in zip(some, violations.tolist(), strict=True):
+            seen = float(layouts.violations[row])
+            worst = max(violation, scene.tie_violation(own), seen if seen > LIMITS else 0.0)
             yield Start(followed.at_poses(own), float(layouts.objective[row]), worst)
 
 

@@ -40,16 +40,16 @@ class Combination:
     """One point per arm.
 
     Attributes:
-        points: one per arm. objective: E. lack: largest shortfall at the poses [m], <= 0 if none.
+        points: one per arm. objective: E. violation: largest shortfall at the poses [m], <= 0 if none.
     """
 
     points: tuple[ArmSolution, ...]
     objective: float
-    lack: float
+    violation: float
 
     def score(self, penalty: float) -> float:
         """E with the shortfall made dear."""
-        return self.objective + penalty * max(self.lack, 0.0)
+        return self.objective + penalty * max(self.violation, 0.0)
 
 
 def combine(
@@ -72,7 +72,7 @@ def combine(
 
 
 def look_through(scene: Scene, ordered: Sequence[tuple[Member, ...]], deadline: float) -> list[Combination]:
-    """Layouts with what they lack at the poses, best first, without those beside better ones.
+    """Layouts with their violations at the poses, best first, without those beside better ones.
 
     Args:
         scene: the cell. ordered: layouts, the most promising first; the last ones are left out once `ENOUGH` are clean.
@@ -85,22 +85,22 @@ def look_through(scene: Scene, ordered: Sequence[tuple[Member, ...]], deadline: 
         looked = _distinct(
             sorted([*looked, *_checked(scene, ordered[at : at + BATCH])], key=lambda c: c.score(penalty))
         )
-        if sum(one.lack <= LIMITS for one in looked) >= ENOUGH or time.perf_counter() > deadline:
+        if sum(one.violation <= LIMITS for one in looked) >= ENOUGH or time.perf_counter() > deadline:
             break
     return looked
 
 
 def _checked(scene: Scene, candidates: Sequence[tuple[Member, ...]]) -> list[Combination]:
-    """Combinations with what they lack."""
+    """Combinations with their violations."""
     layouts = [tuple(member.point for member in members) for members in candidates]
-    lacks = scene.contact_lacks(layouts)
+    violations = scene.contact_violations(layouts)
     return [
         Combination(
             points,
             sum(member.objective for member in members),
-            max(float(lack), scene.tie_lack(points), scene.floor_lack(points)),
+            max(float(violation), scene.tie_violation(points), scene.floor_violation(points)),
         )
-        for members, points, lack in zip(candidates, layouts, lacks, strict=True)
+        for members, points, violation in zip(candidates, layouts, violations, strict=True)
     ]
 
 

@@ -20,7 +20,7 @@ from duocell.optimizer.reduction.box import search_box, spread
 from duocell.optimizer.reduction.reduced import ReducedProblem, conditioning_shortfall, evaluate
 from duocell.optimizer.single_arm.redundant.varied_paths import varied_paths
 from duocell.optimizer.sqp.refine import penalty_of
-from duocell.optimizer.verification.scene import Scene, alone_scene, own_lacks, world_yaw
+from duocell.optimizer.verification.scene import Scene, alone_scene, own_violations, world_yaw
 from duocell.optimizer.verification.verify import check
 
 POINTS = {0: 1, 1: 100, 2: 1600, 3: 4000}
@@ -46,16 +46,16 @@ class Member:
 
     Attributes:
         point: base and path, inside the arm's limits. objective: E.
-        lack: largest shortfall of floor, obstacles, own part and self [m], <= 0 if there is none.
+        violation: largest shortfall of floor, obstacles, own part and self [m], <= 0 if there is none.
     """
 
     point: ArmSolution
     objective: float
-    lack: float
+    violation: float
 
     def score(self, penalty: float) -> float:
         """E with the shortfall made dear."""
-        return self.objective + penalty * max(self.lack, 0.0)
+        return self.objective + penalty * max(self.violation, 0.0)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -134,10 +134,10 @@ class _Look:
             if not batch or (len(scores) >= self.most and scores[self.most - 1] <= batch[0][0]):
                 break  # the rest cannot score better
             looked += len(batch)
-            lacks = own_lacks(self.alone, [point for _, point in batch])
-            for (objective, point), lack in zip(batch, lacks, strict=True):
-                if lack <= REPAIRABLE:
-                    crowd.add(Member(point, objective, lack))
+            violations = own_violations(self.alone, [point for _, point in batch])
+            for (objective, point), violation in zip(batch, violations, strict=True):
+                if violation <= REPAIRABLE:
+                    crowd.add(Member(point, objective, violation))
                     insort(scores, crowd.members[-1].score(self.penalty))
         return crowd.members
 
@@ -154,7 +154,7 @@ class _Crowd:
         """Take one in."""
         self.members.append(member)
         place = member.point.position.tolist()
-        self._places.setdefault(member.point.signs, []).append((place, member.lack <= 0.0))
+        self._places.setdefault(member.point.signs, []).append((place, member.violation <= 0.0))
 
     def admits(self, point: ArmSolution) -> bool:
         """False beside a clean member of the same posture, or in a crowd of others."""
@@ -211,4 +211,4 @@ def _general_points(cell: Cell, arm: Arm, seed: int, deadline: float) -> tuple[l
 
 def with_optimum(pool: Pool, alone: Scene, optimum: ArmSolution, objective: float) -> Pool:
     """The pool with the uncoupled optimum in front."""
-    return replace(pool, members=[Member(optimum, objective, own_lacks(alone, [optimum])[0]), *pool.members])
+    return replace(pool, members=[Member(optimum, objective, own_violations(alone, [optimum])[0]), *pool.members])

@@ -58,7 +58,7 @@ def tied(
             if paths.violation[0, k] == 0.0:
                 members, member = pairs[i]
                 point = ArmSolution(positions[i], float(paths.yaw[0, k]), paths.joints[:, 0, k].T, member.point.signs)
-                grown.append((*members, Member(point, float(paths.objective[0, k]), member.lack)))
+                grown.append((*members, Member(point, float(paths.objective[0, k]), member.violation)))
     return grown
 
 
@@ -77,27 +77,27 @@ def _different(positions: Floats, pairs: Sequence[tuple[tuple[Member, ...], Memb
 def moved_onto(
     couplings: Sequence[Coupling], bases: Sequence[Floats], positions: Floats, yaws: Floats, region: Floats
 ) -> Floats:
-    """(Q, 3) positions after a few Gauss-Newton steps on what the couplings lack, inside the region (3, 2)."""
+    """(Q, 3) positions after a few Gauss-Newton steps on the violations of the couplings, inside the region (3, 2)."""
     for _ in range(STEPS):
-        lack = tie_lacks(couplings, [*bases, np.vstack([positions.T, yaws])])
+        violation = tie_violations(couplings, [*bases, np.vstack([positions.T, yaws])])
         slopes = np.stack(
             [
-                (tie_lacks(couplings, [*bases, np.vstack([(positions + DIFFERENCE * unit).T, yaws])]) - lack)
+                (tie_violations(couplings, [*bases, np.vstack([(positions + DIFFERENCE * unit).T, yaws])]) - violation)
                 / DIFFERENCE
                 for unit in np.eye(3)
             ],
             axis=-1,
         )
-        step = (np.linalg.pinv(slopes, rcond=1e-6) @ lack[..., None])[..., 0]
+        step = (np.linalg.pinv(slopes, rcond=1e-6) @ violation[..., None])[..., 0]
         positions = np.clip(positions - step, region[:, 0], region[:, 1])
     return positions
 
 
-def tie_lacks(couplings: Sequence[Coupling], bases: Sequence[Floats]) -> Floats:
+def tie_violations(couplings: Sequence[Coupling], bases: Sequence[Floats]) -> Floats:
     """(..., R) signed distances of the rows' values to their sets, for (4, ...) bases of each arm."""
-    lack = []
+    columns = []
     for coupling in couplings:
         rows = coupling.rows(bases)
         for value, low, high in zip(rows.values, rows.lower, rows.upper, strict=True):
-            lack.append(np.minimum(value - low, 0.0) + np.maximum(value - high, 0.0))
-    return np.stack(np.broadcast_arrays(*lack), axis=-1)
+            columns.append(np.minimum(value - low, 0.0) + np.maximum(value - high, 0.0))
+    return np.stack(np.broadcast_arrays(*columns), axis=-1)

@@ -79,7 +79,7 @@ def _enough(remedy: Remedy, points: tuple[ArmSolution, ...]) -> float:
     """m, about the smallest distance for which a layout keeps everything at the poses; inf where none is."""
     amount = NEAREST
     while amount <= FARTHEST:
-        if Scene.of(remedy.change(amount)).contact_lacks([points])[0] <= LIMITS:
+        if Scene.of(remedy.change(amount)).contact_violations([points])[0] <= LIMITS:
             return amount
         amount *= GROWTH
     return np.inf

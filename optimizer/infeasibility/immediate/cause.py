@@ -27,7 +27,7 @@ class Infeasibility:
         pair_class: of the clearance that cannot be kept, or None.
         required: what is asked for, in ``unit``; None where there is no number.
         possible: the largest value of what is asked for that this cause would leave possible; None if there is none.
-        missing: what is lacking at least, in ``unit``; None where there is no number.
+        missing: what is missing at least, in ``unit``; None where there is no number.
         pointer: JSON pointer to the field of the request that asks for it.
         unit: "m", "rad" or "".
     """

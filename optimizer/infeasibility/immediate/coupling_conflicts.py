@@ -104,40 +104,40 @@ def _mirrored_yaw(cell: Cell, k: int, coupling: Coupling) -> list[Infeasibility]
     low, high = first.yaw.low + second.yaw.low, first.yaw.high + second.yaw.high
     wanted = 2.0 * coupling.angle
     turned = wanted + TURN * ceil((low - wanted) / TURN - 1e-12)
-    lack = min(turned - high, low - (turned - TURN))
-    if lack <= 2.0 * KEPT + SURE:
+    violation = min(turned - high, low - (turned - TURN))
+    if violation <= 2.0 * KEPT + SURE:
         return []
     names = " and ".join(cell.arms[arm].name for arm in coupling.arms)
     detail = (
         f"{names}: coupling mirror ties their yaws, whose intervals leave no mirrored pair: widen them by "
-        f"{lack:.4f} rad together, or turn the mirror by {0.5 * lack:.4f} rad"
+        f"{violation:.4f} rad together, or turn the mirror by {0.5 * violation:.4f} rad"
     )
     pointer = f"/coupling/{k}/angle"
-    return [Infeasibility("coupling", detail, coupling.arms, missing=lack, pointer=pointer, unit="rad")]
+    return [Infeasibility("coupling", detail, coupling.arms, missing=violation, pointer=pointer, unit="rad")]
 
 
 def _together(cell: Cell, boxes: Floats) -> list[Infeasibility]:
     """Couplings that contradict each other inside the boxes: a set of which each is needed."""
     left = list(range(len(cell.couplings)))
-    lack = _lack([cell.couplings[k] for k in left], boxes)
-    if lack <= KEPT + SURE:
+    violation = _least_violation([cell.couplings[k] for k in left], boxes)
+    if violation <= KEPT + SURE:
         return []
     for k in list(left):
         fewer = [other for other in left if other != k]
-        smaller = _lack([cell.couplings[other] for other in fewer], boxes)
+        smaller = _least_violation([cell.couplings[other] for other in fewer], boxes)
         if smaller > KEPT + SURE:
-            left, lack = fewer, smaller
+            left, violation = fewer, smaller
     arms = tuple(sorted({arm for k in left for arm in cell.couplings[k].arms}))
     names = " and ".join(cell.arms[arm].name for arm in arms)
     kinds = " and ".join(f"{cell.couplings[k].kind} (coupling {k})" for k in left)
     detail = (
         f"{names}: {kinds} cannot be kept from inside the base regions: each would have to give way by at least "
-        f"{lack:.3f} m; drop one, or widen the regions"
+        f"{violation:.3f} m; drop one, or widen the regions"
     )
-    return [Infeasibility("coupling", detail, arms, missing=lack, pointer=f"/coupling/{left[0]}", unit="m")]
+    return [Infeasibility("coupling", detail, arms, missing=violation, pointer=f"/coupling/{left[0]}", unit="m")]
 
 
-def _lack(couplings: Sequence[Coupling], boxes: Floats) -> float:
+def _least_violation(couplings: Sequence[Coupling], boxes: Floats) -> float:
     """m, how much all linear rows have to be loosened to be kept inside boxes (A, 3, 2); 0 where nothing is asked."""
     rows, highs = _linear(couplings, len(boxes))
     if not len(rows):

@@ -68,13 +68,13 @@ def _part_hits(cell: Cell) -> tuple[Reason, ...]:
     if found is None or found[1].distance >= required - KEPT:
         return ()
     k, contact = found
-    lack = required - contact.distance
+    violation = required - contact.distance
     detail = (
         f"the part ({contact.first}) comes {contact.distance * 1e3:.1f} mm near {contact.second} after pose {step[k]}; "
         f"{required * 1e3:g} mm are asked for. No base can help: move the path or the obstacle"
         f"{if_meant(PairClass.PART_OBSTACLE)}"
     )
-    return (Reason("", "collision", (int(step[k]),), detail, None, lack, "m"),)
+    return (Reason("", "collision", (int(step[k]),), detail, None, violation, "m"),)
 
 
 def _way(cell: Cell) -> tuple[Ints, Floats]:

@@ -86,7 +86,7 @@ def find(
 
 def clean(scene: Scene, points: Sequence[ArmSolution]) -> bool:
     """True if a layout passes every check as it is."""
-    if max(scene.tie_lack(points), scene.floor_lack(points)) > LIMITS or not scene.usable(points):
+    if max(scene.tie_violation(points), scene.floor_violation(points)) > LIMITS or not scene.usable(points):
         return False
     path = scene.certify(points)
     return path.clear and path.limit_excess <= LIMITS

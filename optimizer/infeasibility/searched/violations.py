@@ -24,7 +24,7 @@ from duocell.optimizer.infeasibility.searched.partial_path import PartialPath
 from duocell.optimizer.monitoring.watch import check_stop
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.sqp.samples import Samples, sample_path
-from duocell.optimizer.verification.scene import LIMITS, Scene, tie_violation, world_yaw
+from duocell.optimizer.verification.scene import LIMITS, Scene, row_violation, world_yaw
 from duocell.optimizer.verification.verify import LIMITS as EXACT
 
 MOST_CONTACTS = 1500
@@ -123,7 +123,7 @@ def _couplings(cell: Cell, ways: Mapping[int, PartialPath]) -> Iterator[Violatio
     for k, coupling in enumerate(cell.couplings):
         if all(arm in bases for arm in coupling.arms):
             rows = coupling.rows([bases.get(a, (0.0,) * 4) for a in range(len(cell.arms))])
-            if tie_violation(rows) > LIMITS:
+            if row_violation(rows) > LIMITS:
                 arms = (Requirement(Kind.ARM, arm) for arm in coupling.arms)
                 yield Violation(frozenset({Requirement(Kind.COUPLING, k), *arms}))
 

@@ -29,7 +29,7 @@ def conditioning_values(problem: UnreducedProblem, q: Floats) -> Floats:
 def conditioning_pull(problem: UnreducedProblem, q: Floats, wanted: float, inverse_metric: Floats) -> Floats:
     """(n, N) rad, steps that would lead postures (n, N) to the wanted conditioning by themselves; 0 where they have it.
 
-    The shortest step in the metric that makes up what is lacking, to first order: ``W⁻¹ g lack / (gᵀ W⁻¹ g)``.
+    The shortest step in the metric that makes up the violation, to first order: ``W⁻¹ g violation / (gᵀ W⁻¹ g)``.
     """
     pull = np.zeros_like(q)
     values = conditioning_values(problem, q)
@@ -40,8 +40,8 @@ def conditioning_pull(problem: UnreducedProblem, q: Floats, wanted: float, inver
     moved = (some[:, None, :] + DIFFERENCE * np.eye(n)[:, :, None]).reshape(n, -1)
     slopes = (conditioning_values(problem, moved).reshape(n, -1) - values[low]) / DIFFERENCE
     steps = inverse_metric[:, low] * slopes
-    lack = np.maximum(AIM * wanted - values[low], 0.0)
-    steps *= lack / np.maximum(np.sum(slopes * steps, axis=0), 1e-9)
+    violation = np.maximum(AIM * wanted - values[low], 0.0)
+    steps *= violation / np.maximum(np.sum(slopes * steps, axis=0), 1e-9)
     longest = np.max(np.abs(steps), axis=0)
     pull[:, low] = steps * np.minimum(1.0, FARTHEST / np.maximum(longest, 1e-12))
     return pull

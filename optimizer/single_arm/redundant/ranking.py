@@ -25,18 +25,18 @@ class Figures:
     Attributes:
         cost: E per pose, in units of the mean weights.
         over: rad, farthest beyond a limit. step: rad, longest within a segment. error: m or rad, largest of any pose.
-        lack: of the conditioning asked for, 0 if none is.
+        violation: of the conditioning asked for, 0 if none is.
     """
 
     cost: Floats
     over: Floats
     step: Floats
     error: Floats
-    lack: Floats
+    violation: Floats
 
     def take(self, which: Ints) -> Figures:
         """Those of some seeds."""
-        return Figures(self.cost[which], self.over[which], self.step[which], self.error[which], self.lack[which])
+        return Figures(self.cost[which], self.over[which], self.step[which], self.error[which], self.violation[which])
 
     def score(self, allowed: float, parameters: UnreducedParameters) -> Floats:
         """Cost with what is broken made dear; ``allowed`` [rad] is the longest step."""
@@ -62,16 +62,16 @@ def figures(problem: UnreducedProblem, seeds: Seeds, conditioning: float = 0.0) 
     low, high = np.min(q, axis=1), np.max(q, axis=1)
     over = np.maximum(problem.lower[:, None] - low, high - problem.upper[:, None])
     steps = np.abs(np.diff(q, axis=1))[:, problem.joined]
-    lack = np.zeros(count)
+    violation = np.zeros(count)
     if conditioning > 0.0:
         values = conditioning_values(problem, flat).reshape(m, count)
-        lack = np.maximum(conditioning - np.min(values, axis=0), 0.0)
+        violation = np.maximum(conditioning - np.min(values, axis=0), 0.0)
     return Figures(
         cost=cost,
         over=np.maximum(np.maximum(np.max(over, axis=0), sum_excess(problem.arm, np.moveaxis(q, 1, -1))), 0.0),
         step=np.max(steps, axis=(0, 1), initial=0.0),
         error=np.max(error.reshape(m, count), axis=0),
-        lack=lack,
+        violation=violation,
     )
 
 

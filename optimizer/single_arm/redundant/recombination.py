@@ -26,8 +26,8 @@ DRAWS_PER_KEPT = 8
 """Postures drawn for each that is kept for a pose."""
 MISSED, MISSED_PRICE = 2e-2, 1e4
 """m or rad: nodes farther from their pose are taken only if nothing else is left."""
-OVER_PRICE, ERROR_PRICE, LEAP_PRICE, LACK_PRICE = 30.0, 100.0, 300.0, 300.0
-"""Per radian beyond limits, per error, per radian of too long a step, per lacking conditioning; a cost is about 1."""
+OVER_PRICE, ERROR_PRICE, LEAP_PRICE, CONDITIONING_PRICE = 30.0, 100.0, 300.0, 300.0
+"""Per radian beyond limits, per error, per radian of too long a step, per share of conditioning; a cost is about 1."""
 STEP_SLACK = 1.2
 """Times the allowed step that costs nothing: iterations and IPOPT move the path."""
 SORTED = 4
@@ -125,8 +125,8 @@ def _node_costs(problem: UnreducedProblem, joints: Floats, base: Floats) -> Floa
     costs += np.where(error > MISSED, MISSED_PRICE, ERROR_PRICE * error)
     wanted_conditioning = problem.arm.min_conditioning
     if wanted_conditioning is not None:
-        lack = np.maximum(wanted_conditioning - conditioning_values(problem, flat), 0.0)
-        costs += LACK_PRICE * lack / wanted_conditioning
+        violation = np.maximum(wanted_conditioning - conditioning_values(problem, flat), 0.0)
+        costs += CONDITIONING_PRICE * violation / wanted_conditioning
     shaped: Floats = costs.reshape(m, count)
     return shaped
 

@@ -178,13 +178,13 @@ def carried(problem: UnreducedProblem, seeds: Seeds, poses: Ints, parameters: Un
 
 
 def well_conditioned(problem: UnreducedProblem, seeds: Seeds, parameters: UnreducedParameters) -> Seeds:
-    """Seeds, and beside those that lack conditioning what becomes of them when spare freedom is drawn to it."""
+    """Seeds, and beside those that violate the conditioning what becomes of them when spare freedom is drawn to it."""
     wanted = problem.arm.min_conditioning or 0.0
-    lacking = np.flatnonzero(figures(problem, seeds, wanted).lack > 0.0)
-    if not len(lacking):
+    singular = np.flatnonzero(figures(problem, seeds, wanted).violation > 0.0)
+    if not len(singular):
         return seeds
     how = Iterations(parameters.more_iterations, parameters.middle_pull, parameters.stiff, conditioning=wanted)
-    return seeds.join(best_windings(problem, gauss_newton(problem, seeds.take(lacking), how)))
+    return seeds.join(best_windings(problem, gauss_newton(problem, seeds.take(singular), how)))
 
 
 def ranked(problem: UnreducedProblem, seeds: Seeds, parameters: UnreducedParameters) -> tuple[Seeds, Figures]:
@@ -192,7 +192,7 @@ def ranked(problem: UnreducedProblem, seeds: Seeds, parameters: UnreducedParamet
     wanted = problem.arm.min_conditioning or 0.0
     found = figures(problem, seeds, wanted)
     score = found.score(problem.max_step, parameters)
-    order = np.lexsort((score, ~likely(problem, found, parameters), found.lack > 0.0))
+    order = np.lexsort((score, ~likely(problem, found, parameters), found.violation > 0.0))
     order = order[found.error[order] < parameters.unreached]
     kept = distinct(problem, seeds, order, len(order), parameters.near_joints, parameters.near_base)
     return seeds.take(kept), found.take(kept)

@@ -198,8 +198,8 @@ def _one_of_a_kind(problem: UnreducedProblem, seeds: Seeds, parameters: Unreduce
     clean = likely(problem, found, parameters) & (found.error < MOVED_ERROR)
     kept: list[int] = []
     for k, cost in enumerate(found.cost):
-        lacks = found.lack[k] > 0.0
-        others = [i for i in kept if clean[i] and (found.lack[i] > 0.0) == lacks]
+        violates = found.violation[k] > 0.0
+        others = [i for i in kept if clean[i] and (found.violation[i] > 0.0) == violates]
         if not (clean[k] and any(abs(cost - found.cost[i]) <= SAME_COST * cost for i in others)):
             kept.append(k)
     return kept

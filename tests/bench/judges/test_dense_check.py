@@ -110,7 +110,7 @@ def test_limits_poses_and_conditioning_are_held_against_the_cell():
     off[1, 0] += 1e-3
     assert dense_check(cell, off, scene.joints, 0.05, 0.2).pose_error == pytest.approx(1e-3, rel=1e-3)
     picky = replace(cell, arms=(replace(cell.arms[0], min_conditioning=0.9), cell.arms[1]))
-    assert 0.0 < dense_check(picky, stands, scene.joints, 0.05, 0.2).conditioning_lack < 0.9
+    assert 0.0 < dense_check(picky, stands, scene.joints, 0.05, 0.2).conditioning_violation < 0.9
 
 
 def test_steps_of_the_object_are_short_and_end_at_the_poses():

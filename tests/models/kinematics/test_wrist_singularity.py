@@ -37,12 +37,12 @@ def test_the_distance_is_the_angle_whose_sine_is_the_wrist_term(name: str) -> No
 
 
 @pytest.mark.parametrize(
-    ("distance", "lacks"),
+    ("distance", "short"),
     [(0.0, True), (SINGULAR_WRIST - 2.0 * KEPT, True), (SINGULAR_WRIST - 0.5 * KEPT, False), (0.3, False)],
 )
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_the_rule_counts_the_nearest_pose_and_only_where_it_is_in_force(
-    distance: float, lacks: bool, side: float
+    distance: float, short: bool, side: float
 ) -> None:
     arm = make_arm("ur10e")
     path = np.full((6, 3, 4), 0.7)
@@ -50,7 +50,7 @@ def test_the_rule_counts_the_nearest_pose_and_only_where_it_is_in_force(
     shortfall = wrist_shortfall(arm, path)
     expected = max(SINGULAR_WRIST - KEPT - distance, 0.0)
     np.testing.assert_allclose(shortfall, [0.0, expected, 0.0], atol=1e-12)
-    assert (shortfall[1] > 0.0) == lacks
+    assert (shortfall[1] > 0.0) == short
     assert not np.any(wrist_shortfall(replace(arm, avoid_singularities=False), path))
 
 

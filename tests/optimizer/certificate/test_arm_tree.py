@@ -9,7 +9,7 @@ from duocell.optimizer.certificate.arm_tree import ArmTree
 from duocell.optimizer.certificate.certify import certify
 from duocell.optimizer.reduction.reduced import ReducedProblem, reduced_problem
 from duocell.optimizer.settings import CertificateSettings
-from duocell.optimizer.verification.scene import Scene, alone_scene, own_lacks
+from duocell.optimizer.verification.scene import Scene, alone_scene, own_violations
 from duocell.optimizer.verification.verify import check
 
 
@@ -32,7 +32,7 @@ def test_obstacles_raise_the_bound_up_to_a_layout_that_is_usable() -> None:
     assert tree.lower <= tree.alone.objective < 1.03 * tree.lower
     arm, point = problem.arm, tree.alone.point
     assert check(scene.cell, arm, point).usable
-    assert own_lacks(alone_scene(scene.cell, arm), [point])[0] <= 0.0
+    assert own_violations(alone_scene(scene.cell, arm), [point])[0] <= 0.0
 
 
 def test_an_arm_behind_a_wall_has_no_box_left() -> None:

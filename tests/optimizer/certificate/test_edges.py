@@ -146,8 +146,8 @@ def test_reach_with_a_stretched_elbow(name: str, missed: float) -> None:
         x, y = (Interval(float(v), float(v)) for v in beyond[:2])
         arm = problem.arm
         wide = changed(problem, base=replace(arm.base, x=x, y=y), lower=arm.lower - 7.0, upper=arm.upper + 7.0)
-        lack = evaluate(wide, beyond[None]).missing[posture, 0]
-        if missed == FAR and lack < 2e-5:
+        violation = evaluate(wide, beyond[None]).missing[posture, 0]
+        if missed == FAR and violation < 2e-5:
             continue  # nearly along the end of reach
         assert impossible(wide) == (missed == FAR)
 
@@ -177,7 +177,7 @@ def test_conditioning(name: str, missed: float) -> None:
 
 
 def fixed_beside_a_box(required: float) -> tuple[Cell, float]:
-    """An arm on the floor beside a low box, and what the best posture lacks of the distance asked for."""
+    """An arm on the floor beside a low box, and by how much the best posture violates the distance asked for."""
     box = Body("box", transform(np.eye(3), [-0.6, -0.5, 0.05]), Box(np.array([0.2, 0.2, 0.1])))
     cell = one_arm(base=region(-0.3, -0.5, 0.0, 0.3), obstacles=(box,))
     cell = replace(cell, surroundings=replace(cell.surroundings, clearances=Clearances(arm_obstacle=required)))
@@ -189,15 +189,15 @@ def fixed_beside_a_box(required: float) -> tuple[Cell, float]:
         ArmSolution(place, 0.3, paths.joints[:, k, 0].T, ALL_SIGNS[k])
         for k in np.flatnonzero(paths.violation[:, 0] == 0.0)
     ]
-    return cell, float(np.min(Scene.of(cell).contact_lacks([[point] for point in points])))
+    return cell, float(np.min(Scene.of(cell).contact_violations([[point] for point in points])))
 
 
 @MISSED
 def test_clearances_of_a_base(missed: float) -> None:
     asked = 0.3
-    cell, lack = fixed_beside_a_box(asked)
-    assert 0.0 < lack < asked
-    cell, _ = fixed_beside_a_box(asked - lack + missed)
+    cell, violation = fixed_beside_a_box(asked)
+    assert 0.0 < violation < asked
+    cell, _ = fixed_beside_a_box(asked - violation + missed)
     problems = [problem for arm in cell.arms if (problem := reduced_problem(cell, arm)) is not None]
     proof = prove_cell(Scene.of(cell), problems, [], CertificateSettings(1e-3, 60.0, 300))
     assert proof.infeasible == (missed == FAR)

@@ -36,7 +36,7 @@ def plain() -> Cell:
 
 
 @pytest.mark.parametrize("make", [plain, lambda: one_arm(task=carried(3), obstacles=(far_box(),))])
-def test_the_best_layout_so_far_is_checked_and_says_what_it_lacks(make: Callable[[], Cell], monkeypatch) -> None:
+def test_the_best_layout_so_far_is_checked_and_says_what_is_missing(make: Callable[[], Cell], monkeypatch) -> None:
     cell = make()
     whole = optimize(cell, Settings(certificate=None))
     monkeypatch.setattr(duocell.optimizer.optimize, "prove", out_of_time)

@@ -165,7 +165,7 @@ def test_violations_are_made_dear_and_dearer():
     assert np.all(alone.objective == 0.0)
 
 
-def test_shortfall_of_conditioning_is_what_the_worst_pose_lacks():
+def test_shortfall_of_conditioning_is_that_of_the_worst_pose():
     task, positions = case("ur10e")
     arm = replace(task.arm, min_conditioning=0.15, tool=transform(np.eye(3), [0.0, 0.1, 0.2]))
     problem = reduced_problem(task.cell, arm)
@@ -174,9 +174,9 @@ def test_shortfall_of_conditioning_is_what_the_worst_pose_lacks():
     worst = np.array([conditioning(arm.robot, arm.tool, path.T, length).min() for path in np.moveaxis(joints, 1, 0)])
     shortfall = conditioning_shortfall(problem, joints)
     assert np.array_equal(shortfall > 0.0, worst < 0.15)
-    lacking = worst < 0.15
-    ratio = shortfall[lacking] / (0.15 - worst[lacking])
-    assert ratio == pytest.approx(np.full(lacking.sum(), ratio[0]))
+    short = worst < 0.15
+    ratio = shortfall[short] / (0.15 - worst[short])
+    assert ratio == pytest.approx(np.full(short.sum(), ratio[0]))
 
 
 def test_endless_joints_are_never_beyond_and_cost_nothing():

@@ -37,11 +37,11 @@ def test_the_candidate_that_breaks_least_of_the_whole_task_is_chosen_whatever_it
 def test_the_whole_path_that_breaks_least_is_chosen() -> None:
     joints = np.zeros((2, 6))
     paths = [LayeredPath(np.full(3, float(k)), 0.0, joints, cost, off) for k, cost, off in ((0, 1, 0.2), (1, 9, 0.1))]
-    lacking = LayeredPath(np.zeros(3), 0.0, np.empty((0, 6)), np.inf, np.inf, (0,))
-    found = nearest_path([lacking, *paths])
+    incomplete = LayeredPath(np.zeros(3), 0.0, np.empty((0, 6)), np.inf, np.inf, (0,))
+    found = nearest_path([incomplete, *paths])
     assert found is not None
     assert found.position[0] == 1.0
-    assert nearest_path([lacking]) is None
+    assert nearest_path([incomplete]) is None
 
 
 def test_an_answer_without_a_layout_shows_what_came_nearest() -> None:

@@ -82,14 +82,14 @@ def test_slopes_of_distances_are_those_of_the_values(case, monkeypatch):
     assert share > 0.95  # the rest are pairs whose nearest points jump, and rows that change places
 
 
-def test_lack_is_the_worst_of_all(case):
+def test_violation_is_the_worst_of_all(case):
     scene, points = case
     here = linearise(scene, Unknowns.of(scene.cell), points, {})
     assert here.followed
-    assert here.lack == pytest.approx(max(here.rows.required - here.rows.values))
-    assert here.lack >= scene.contact_lacks([points])[0] - 1e-9
-    assert here.lack >= scene.tie_lack(points) - 1e-9
-    assert here.lack >= scene.floor_lack(points) - 1e-9
+    assert here.violation == pytest.approx(max(here.rows.required - here.rows.values))
+    assert here.violation >= scene.contact_violations([points])[0] - 1e-9
+    assert here.violation >= scene.tie_violation(points) - 1e-9
+    assert here.violation >= scene.floor_violation(points) - 1e-9
 
 
 def test_margins_raise_what_is_required(case):

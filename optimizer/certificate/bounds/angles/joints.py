@@ -56,7 +56,7 @@ class Angles:
         place: joint 1 and the wrist point.
         triangle: upper arm, forearm, elbow.
         turn: first angle of the wrist: q4, or the pitch of the hand. fifth, sixth: q5, q6.
-        lacking: (N, m) rad, how far an oblique wrist is from being able to turn there.
+        wrist_short: (N, m) rad, how far an oblique wrist is from being able to turn there.
     """
 
     place: Front
@@ -64,16 +64,16 @@ class Angles:
     turn: Ball
     fifth: Ball
     sixth: Ball
-    lacking: Floats
+    wrist_short: Floats
 
     @property
     def short(self) -> Floats:
         """(N, m) m or rad, how far the pose is from being reached from anywhere in the box."""
-        short: Floats = self.triangle.short + self.place.short + self.lacking
+        short: Floats = self.triangle.short + self.place.short + self.wrist_short
         return short
 
     def __getitem__(self, rows: Bools) -> Angles:
-        wrist = self.turn[rows], self.fifth[rows], self.sixth[rows], self.lacking[rows]
+        wrist = self.turn[rows], self.fifth[rows], self.sixth[rows], self.wrist_short[rows]
         return Angles(self.place[rows], self.triangle[rows], *wrist)
 
 
@@ -137,10 +137,10 @@ class Kinematics:
         if self.spherical:
             triangle = triangle_values(form.planar, x, y, bend)
             return Angles(place, triangle, *self._wrist(place.first, self.pitch(triangle), boxes))
-        turn, fifth, sixth, lacking = self._wrist(place.first, None, boxes)
+        turn, fifth, sixth, wrist_short = self._wrist(place.first, None, boxes)
         (hx, hy), (cos, sin) = form.planar.hand, cos_sin(turn)
         triangle = triangle_values(form.planar, x - (cos * hx + sin * hy), y - (cos * hy - sin * hx), bend)
-        return Angles(place, triangle, turn, fifth, sixth, lacking)
+        return Angles(place, triangle, turn, fifth, sixth, wrist_short)
 
     def pitch(self, triangle: Triangle) -> Ball:
         """Turn of the forearm about n since q = 0."""

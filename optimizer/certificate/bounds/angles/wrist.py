@@ -108,20 +108,20 @@ def swing(turn: Floats, tilt: Floats | float) -> Floats:
 def combined(one: Floats, other: Floats, lean: float) -> Floats:
     """Angle of the rotation made of two turns about axes whose directions have cosine ``lean``, each within its bound.
 
-    From the scalar part of the product of their quaternions, by what it lacks of 1: of turns below 1e-8 rad, by which
+    From the scalar part of the product of their quaternions, by what is left to 1: of turns below 1e-8 rad, by which
     boxes of 10 nm move a wrist, the cosine is 1 to rounding, and the angle would be lost.
     """
     one, other = 0.5 * np.minimum(one, np.pi), 0.5 * np.minimum(other, np.pi)
     first, second = np.sin(0.5 * one) ** 2, np.sin(0.5 * other) ** 2
-    lacking = 2.0 * (first + second) - 4.0 * first * second + abs(lean) * np.sin(one) * np.sin(other)
-    angle: Floats = 4.0 * np.arcsin(np.sqrt(0.5 * np.clip(lacking, 0.0, 1.0)))
+    versine = 2.0 * (first + second) - 4.0 * first * second + abs(lean) * np.sin(one) * np.sin(other)
+    angle: Floats = 4.0 * np.arcsin(np.sqrt(0.5 * np.clip(versine, 0.0, 1.0)))
     return angle
 
 
 def wrist_values(
     wrist: Wrist, seen: Floats, fore: Floats, moves: tuple[Floats, Floats], sign: Floats
 ) -> tuple[Ball, Ball, Ball, Floats]:
-    """Enclose the first angle, q5 and q6 over each box and pose (N, m), and what an oblique wrist's cone lacks [rad].
+    """Enclose the first angle, q5 and q6 over each box and pose (N, m), and how far it is outside of its cone [rad].
 
     Args:
         wrist: constants.
@@ -134,7 +134,7 @@ def wrist_values(
     low, high = (np.clip(theta + k * np.minimum(*moves), 0.0, np.pi) for k in (-1.0, 1.0))
     bend = Ball.between(_bend(wrist, low), _bend(wrist, high))
     narrowest, widest = wrist.cone
-    lacking = np.maximum(np.maximum(narrowest - high, low - min(widest, 2.0 * np.pi - widest)), 0.0)
+    short = np.maximum(np.maximum(narrowest - high, low - min(widest, 2.0 * np.pi - widest)), 0.0)
     sense = wrist.sense * sign
     room, tilt = np.minimum(theta, np.pi - theta), np.sin(theta)
     azimuths = []
@@ -144,7 +144,7 @@ def wrist_values(
         spread = np.arcsin(np.minimum(sine * SINE, 1.0))
         azimuths.append(Ball(np.arctan2(beside, along), np.where(loose, ANYTHING, spread)))
     own = _own_azimuths(wrist, bend * sense, sense)
-    return azimuths[0] - own[0], bend * sense + wrist.zero, own[1] - azimuths[1], lacking
+    return azimuths[0] - own[0], bend * sense + wrist.zero, own[1] - azimuths[1], short
 
 
 def _bend(wrist: Wrist, theta: Floats) -> Floats:

@@ -10,7 +10,7 @@ import pytest
 from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
 from duocell.optimizer.certificate.bounds.boxes import Boxes
 from duocell.optimizer.certificate.pairs.couplings import untied
-from duocell.optimizer.verification.scene import tie_violation
+from duocell.optimizer.verification.scene import row_violation
 
 ANGLE, POINT = 0.7, (0.3, -0.2)
 ALONG, ACROSS = np.array([cos(ANGLE), sin(ANGLE)]), np.array([-sin(ANGLE), cos(ANGLE)])
@@ -50,7 +50,7 @@ def test_boxes_around_bases_that_keep_it_are_kept(coupling: Coupling) -> None:
     for _ in range(300):
         first, second = _second(coupling, rng.uniform(-1.0, 1.0, 3), rng)
         yaws = (0.4, 2.0 * ANGLE - 0.4)
-        assert tie_violation(coupling.rows([(*first, yaws[0]), (*second, yaws[1])])) < 1e-9
+        assert row_violation(coupling.rows([(*first, yaws[0]), (*second, yaws[1])])) < 1e-9
         halves = 10.0 ** rng.uniform(-4.0, 0.0, (2, 3)) * rng.choice([0.0, 1.0], (2, 3), p=[0.2, 0.8])
         centres = np.stack([first, second]) + halves * rng.choice([-1.0, 0.3, 1.0], (2, 3))
         boxes = [Boxes(centres[k, None], halves[k, None], np.zeros(1, dtype=np.int64)) for k in (0, 1)]
@@ -65,6 +65,6 @@ def test_small_boxes_off_it_are_lost(coupling: Coupling) -> None:
         boxes = [Boxes(c[None], np.full((1, 3), 1e-4), np.zeros(1, dtype=np.int64)) for c in centres]
         gone = bool(untied((coupling,), (0, 1), boxes[0], boxes[1])[0])
         rows = coupling.rows([(*centres[0], 0.0), (*centres[1], 2.0 * ANGLE)])
-        assert gone or tie_violation(rows) < 4e-3
+        assert gone or row_violation(rows) < 4e-3
         lost += gone
     assert lost > 50

@@ -53,7 +53,7 @@ def test_inner_capsules_lie_inside_of_their_bodies(shape):
         assert np.max(outside) <= 1e-9
 
 
-def test_pairs_never_lack_more_than_by_coal():
+def test_pairs_never_violate_more_than_by_coal():
     made = beam_pair(count=3)
     around = replace(made.surroundings, obstacles=(*made.surroundings.obstacles, POST, CRATE))
     scene = Scene.of(replace(made.cell, surroundings=around))
@@ -76,9 +76,9 @@ def test_pairs_never_lack_more_than_by_coal():
                 ),
             ]
         )
-        lacks = some.lacks(frames[None, some.frames], np.zeros(1, dtype=np.int64))[0]
-        for lack, pair in zip(lacks, some.pairs, strict=True):
+        violations = some.violations(frames[None, some.frames], np.zeros(1, dtype=np.int64))[0]
+        for violation, pair in zip(violations, some.pairs, strict=True):
             exact = scene.required[pair] - model.contact(places, 0, int(pair)).distance
-            assert lack <= max(exact, 0.0) + 2e-6
-            seen += lack > 0.0
+            assert violation <= max(exact, 0.0) + 2e-6
+            seen += violation > 0.0
     assert seen > 20

@@ -37,13 +37,13 @@ def test_layouts_are_moved_and_turned_onto_their_couplings_and_stay_on_the_task(
     assert starts
     for start in starts:
         assert start.clean
-        assert scene.tie_lack(start.points) <= 1e-6
+        assert scene.tie_violation(start.points) <= 1e-6
         assert scene.objective(start.points) == pytest.approx(start.objective, rel=1e-9)
         assert all(check(cell, arm, point).usable for arm, point in zip(arms, start.points, strict=True))
 
 
 def test_clean_layouts_are_found_where_the_best_placements_of_an_arm_hit_the_arm_itself():
-    """Cell 49: the follower's best placements all lack a millimetre between its own forearm and wrist."""
+    """Cell 49: the follower's best placements all miss a millimetre between its own forearm and wrist."""
     cell = real_cell(49).cell
     followed = Followed.of(Scene.of(cell), [reduced_problem(cell, arm) for arm in cell.arms])
     layouts, _ = sample_layouts(followed, 1.0, 1)

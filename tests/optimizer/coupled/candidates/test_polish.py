@@ -24,4 +24,4 @@ def test_none_of_the_layouts_gets_worse_and_all_keep_their_couplings():
     assert np.all(np.diff(found.objective) >= 0.0)
     assert np.all(found.objective <= np.sort(layouts.objective)[:TAKEN] + 1e-12)
     for row in range(len(found)):
-        assert followed.scene.tie_lack([own.point(row) for own in found.placements]) <= 1e-6
+        assert followed.scene.tie_violation([own.point(row) for own in found.placements]) <= 1e-6

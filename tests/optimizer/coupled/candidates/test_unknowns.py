@@ -10,7 +10,7 @@ import pytest
 from duocell.models.base.pose import rotation_z, transform
 from duocell.models.cell.coupling import Direction, Mirror, Rail, SameHeight
 from duocell.optimizer.coupled.candidates.unknowns import TiedUnknowns
-from duocell.optimizer.coupled.combinations.project_positions import tie_lacks
+from duocell.optimizer.coupled.combinations.project_positions import tie_violations
 from tests.support.given.cells import beam_pair
 
 BOXES = np.array([[[-1.0, 0.5], [-0.8, 0.9], [0.0, 0.4]], [[-0.6, 1.2], [-0.9, 0.8], [0.1, 0.5]]])
@@ -37,9 +37,9 @@ def test_samples_and_moves_keep_what_is_tied(ties):
         one, other = (own.positions[own.groups == group][0] for own in samples)
         for move in np.concatenate([np.zeros((1, 2, 3)), 0.1 * unknowns.moves()]):
             placed = [np.append(p + d, 0.3)[:, None] for p, d in zip((one, other), move, strict=True)]
-            lacks = tie_lacks(ties, placed)[0]
+            violations = tie_violations(ties, placed)[0]
             held = [k for k, label in enumerate(_labels(ties)) if "yaw" not in label and "side" not in label]
-            assert np.max(np.abs(lacks[held])) < 1e-9
+            assert np.max(np.abs(violations[held])) < 1e-9
             seen += 1
     assert seen > 10
 

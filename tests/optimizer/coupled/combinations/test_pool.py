@@ -1,4 +1,4 @@
-"""Candidates among their surroundings: where the best ones all stand in something, and how much layouts lack."""
+"""Candidates among their surroundings: where the best ones all stand in something, and how much layouts violate."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def test_a_place_is_found_where_all_the_best_ones_are_taken():
     assert layout.placements[0].position[1] > 0.1
 
 
-def test_what_layouts_lack_is_what_the_nearest_pairs_lack():
+def test_violations_of_layouts_are_those_of_the_nearest_pairs():
     """Many layouts at once against each by itself: the closest pair of every class, at every pose."""
     made = beam_pair(count=3, shift=(0.2, 0.0, 0.05))
     post = Body("post", np.eye(4), Capsule(0.05, 2.0))
@@ -39,12 +39,12 @@ def test_what_layouts_lack_is_what_the_nearest_pairs_lack():
             points.append(
                 ArmSolution(base[:3, 3] + rng.uniform(-0.3, 0.3, 3), yaw, q + rng.uniform(-0.5, 0.5, q.shape))
             )
-        bases, lack = scene.bases(points), 0.0
+        bases, violation = scene.bases(points), 0.0
         for k, pose in enumerate(made.cell.task.poses):
             for kind, contact in scene.model.contacts(bases, [p.joints[k] for p in points], pose).items():
                 if kind != "part_obstacle":
-                    lack = max(lack, around.clearances.required(kind) - contact.distance)
+                    violation = max(violation, around.clearances.required(kind) - contact.distance)
         layouts.append(points)
-        expected.append(lack)
-    assert scene.contact_lacks(layouts) == pytest.approx(expected, abs=1e-6)
+        expected.append(violation)
+    assert scene.contact_violations(layouts) == pytest.approx(expected, abs=1e-6)
     assert min(expected) < max(expected)

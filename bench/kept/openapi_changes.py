@@ -5,7 +5,8 @@ followed, so that it does not matter which schemas have names; but names that ar
 from them. Wording may change, but not vanish. The tools that do this are written in Go or have a single user.
 
 In a request a field must not become required, in an answer it must not cease to be; values of an enumeration, members
-of a union, responses, parameters and fields may be added anywhere.
+of a union, responses, parameters and fields may be added anywhere. An answer may promise more of a text, its format,
+where a request may not ask for more.
 """
 
 from __future__ import annotations
@@ -32,6 +33,10 @@ LIMITS = frozenset(
     }
 )
 """Keywords that take something away where they are added."""
+PROMISES = frozenset({"required", "format"})
+"""Those among them that give something where they are added to an answer."""
+SAME = {"example": "examples"}
+"""Two keywords for one thing, of which only one may be there."""
 UNIONS = frozenset({"anyOf", "oneOf", "allOf"})
 
 
@@ -96,10 +101,10 @@ class _Comparison:
             if keyword in new:
                 inside = request or keyword in ("requestBody", "parameters")
                 self._keyword(keyword, value, new[keyword], f"{place}/{_escaped(keyword)}", inside)
-            else:
+            elif value != [] and SAME.get(keyword) not in new:
                 self.changes.lost.append(f"{place}/{_escaped(keyword)} is gone")
         for keyword in sorted(new.keys() - old.keys()):
-            harmless = keyword not in LIMITS or (keyword == "required" and not request)
+            harmless = keyword not in LIMITS or (keyword in PROMISES and not request)
             (self.changes.added if harmless else self.changes.lost).append(f"{place}/{_escaped(keyword)} is new")
         self._under_way.discard(pair)
 

@@ -5,14 +5,16 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import AsyncIterator
+from typing import Annotated
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Header
 from fastapi.responses import Response
 from fastapi.sse import KEEPALIVE_COMMENT, EventSourceResponse, format_sse_event
+from pydantic import WithJsonSchema
 
-from duocell.service.api.layouts import PROBLEM
-from duocell.service.api.ownership import own_layout
+from duocell.service.api.ownership import OwnLayout
 from duocell.service.api.state import State, StateOf
+from duocell.service.http.described import answer, problems
 
 router = APIRouter(prefix="/v1/layouts", tags=["layouts"])
 
@@ -23,20 +25,24 @@ RECONNECT = 1000
 HEADERS = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
 """Nothing on the way keeps events back."""
 _NUMBER = re.compile(r"\d{1,15}")
+LastEventId = Annotated[
+    str | None,
+    Header(alias="Last-Event-ID", description="id of the last event received: the stream goes on behind it."),
+    WithJsonSchema({"type": "string"}),
+]
 
 
 @router.get(
     "/{layout_id}/events",
     operation_id="follow_layout",
     summary="Follow a layout",
-    response_model=None,
     responses={
-        200: {"description": "Events, up to `done`.", "content": {"text/event-stream": {}}},
-        204: {"description": "Nothing comes after the event of Last-Event-ID: `done` was the last."},
-        **dict.fromkeys((404, 500, 503), PROBLEM),
+        200: answer("Events, up to `done`.", content={"text/event-stream": {}}),
+        204: answer("Nothing comes after the event of Last-Event-ID: `done` was the last."),
+        **problems(404, 500, 503),
     },
 )
-async def follow_layout(layout_id: str, request: Request, state: StateOf) -> Response:
+async def follow_layout(job: OwnLayout, state: StateOf, last_event_id: LastEventId = None) -> Response:
     """Events since the beginning, or since that of `Last-Event-ID`, and then as they happen.
 
     `status`: queued or running, with the number of the attempt. `stage`, `screening`, `start`, `iteration`, `bound`,
@@ -45,12 +51,11 @@ async def follow_layout(layout_id: str, request: Request, state: StateOf) -> Res
     data of each is a JSON object with the time `at`; the id of each rises. A stream that ends without `done` can be
     resumed.
     """
-    job = await own_layout(layout_id, request, state)
-    last = request.headers.get("last-event-id", "").strip()
+    last = (last_event_id or "").strip()
     after = int(last) if _NUMBER.fullmatch(last) else 0
     if job.status.finished and after and not await state.jobs.has_events(job.id, after):
         return Response(status_code=204)  # tells an EventSource not to ask again
-    return EventSourceResponse(_stream(state, layout_id, after), headers=HEADERS)
+    return EventSourceResponse(_stream(state, job.id, after), headers=HEADERS)
 
 
 async def _stream(state: State, layout_id: str, after: int) -> AsyncIterator[bytes]:

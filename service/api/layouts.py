@@ -3,28 +3,40 @@
 from __future__ import annotations
 
 from typing import Annotated, Literal
-from urllib.parse import urlencode
 
-from fastapi import APIRouter, Query, Request
-from fastapi.responses import JSONResponse, Response
+from fastapi import APIRouter, Header, Query, Response
+from pydantic import WithJsonSchema
 
-from duocell.service.api.ownership import client_of, not_found, only_client, own_layout, view_of
+from duocell.service.api.bodies import JsonBody
+from duocell.service.api.ownership import Client, OnlyClient, OwnLayout, OwnView, not_found
 from duocell.service.api.state import StateOf
-from duocell.service.common.timestamps import parse_timestamp
-from duocell.service.http.body import json_body
-from duocell.service.http.cursor import decode, encode
-from duocell.service.http.idempotency import idempotency_key
-from duocell.service.http.prefer import preferred_wait
+from duocell.service.http.cursor import LinkToNext, decode, encode
+from duocell.service.http.described import answer, json_body_of, problems
+from duocell.service.http.idempotency import IdempotencyKey
+from duocell.service.http.prefer import WaitPreference, preferred_wait
+from duocell.service.http.time_query import parse_timestamp
 from duocell.service.jobs.job import Job, JobStatus
 from duocell.service.jobs.job_store import JobFilter
 from duocell.service.jobs.resources import etag, href, layout_text, summary
-from duocell.service.schemas.resources import Layout, LayoutPage, ProblemDocument
+from duocell.service.schemas.request import EXAMPLE, LayoutRequest
+from duocell.service.schemas.resources import Layout, LayoutPage
 
 router = APIRouter(prefix="/v1/layouts", tags=["layouts"])
 
 RETRY_AFTER = "1"
-PROBLEM = {"model": ProblemDocument}
 PRINTABLE = r"^[^\x00-\x1f\x7f]*$"
+LINKS = {
+    operation: {"operationId": operation, "parameters": {"layout_id": "$response.body#/id"}}
+    for operation in ("get_layout", "follow_layout", "cancel_layout", "delete_layout")
+}
+"""What may be asked about a layout that was taken in."""
+IfNoneMatch = Annotated[
+    str | None,
+    Header(
+        alias="If-None-Match", description="ETag of the answer before; the answer is 304 while nothing has changed."
+    ),
+    WithJsonSchema({"type": "string"}),
+]
 
 
 @router.post(
@@ -32,25 +44,35 @@ PRINTABLE = r"^[^\x00-\x1f\x7f]*$"
     operation_id="create_layout",
     summary="Ask for a layout",
     status_code=202,
-    response_model=None,
+    response_model=Layout,
     responses={
-        200: {"model": Layout, "description": "Finished within the time of `Prefer: wait`."},
-        202: {"model": Layout, "description": "Stored; it will be solved, also across a restart. See Location."},
-        **dict.fromkeys((400, 409, 413, 415, 422, 429, 500, 503), PROBLEM),
+        200: answer(
+            "Finished within the time of `Prefer: wait`.",
+            *("Location", "ETag", "Preference-Applied"),
+            model=Layout,
+            links=LINKS,
+        ),
+        202: answer(
+            "Stored; it will be solved, also across a restart. See Location.",
+            *("Location", "ETag", "Retry-After", "Preference-Applied"),
+            links=LINKS,
+        ),
+        **problems(400, 409, 413, 415, 422, 429, 500, 503, headers={409: ("Retry-After",)}),
     },
+    openapi_extra=json_body_of(LayoutRequest, "The task, the arms, and where their bases may stand.", EXAMPLE),
 )
-async def create_layout(request: Request, state: StateOf) -> Response:
+async def create_layout(
+    prefer: WaitPreference, key: IdempotencyKey, body: JsonBody, view: OwnView, client: Client, state: StateOf
+) -> Response:
     """Find the base placements that keep all joints nearest to their references along the task.
 
     With `Prefer: wait=N` the answer comes as soon as the layout is finished, at most N seconds later.
     With an `Idempotency-Key` the request can be repeated until an answer arrives: it is carried out once.
     A task that cannot be done is an answer (`outcome: infeasible` with reasons), not an error.
     """
-    key = idempotency_key(request.headers.getlist("idempotency-key"))
-    body = await json_body(request, state.settings.max_body)
-    accepted = await state.acceptance.layout(body, view_of(request, state))
-    job = await state.jobs.submit(accepted, client_of(request), key)
-    wait = preferred_wait(request.headers.getlist("prefer"), state.settings.max_wait)
+    accepted = await state.acceptance.layout(body, view)
+    job = await state.jobs.submit(accepted, client, key)
+    wait = preferred_wait(prefer, state.settings.max_wait)
     headers = {}
     if wait is not None:
         headers["Preference-Applied"] = f"wait={wait:g}"
@@ -63,17 +85,16 @@ async def create_layout(request: Request, state: StateOf) -> Response:
     "/{layout_id}",
     operation_id="get_layout",
     summary="See what became of a layout",
-    response_model=None,
+    response_model=Layout,
     responses={
-        200: {"model": Layout, "description": "The layout in its present state."},
-        304: {"description": "Unchanged since the ETag of If-None-Match."},
-        **dict.fromkeys((404, 500, 503), PROBLEM),
+        200: answer("The layout in its present state.", "ETag", "Retry-After"),
+        304: answer("Unchanged since the ETag of If-None-Match.", "ETag"),
+        **problems(404, 500, 503),
     },
 )
-async def get_layout(layout_id: str, request: Request, state: StateOf) -> Response:
+async def get_layout(job: OwnLayout, if_none_match: IfNoneMatch = None) -> Response:
     """The layout, whatever its state; poll until `status` is succeeded, failed or cancelled."""
-    job = await own_layout(layout_id, request, state)
-    known = [tag.strip() for tag in request.headers.get("if-none-match", "").split(",")]
+    known = [tag.strip() for tag in (if_none_match or "").split(",")]
     if etag(job) in known or "*" in known:
         return Response(status_code=304, headers={"ETag": etag(job)})
     return _answer(job, 200, {})
@@ -83,14 +104,12 @@ async def get_layout(layout_id: str, request: Request, state: StateOf) -> Respon
     "",
     operation_id="list_layouts",
     summary="List layouts",
-    response_model=None,
-    responses={
-        200: {"model": LayoutPage, "description": "A page."},
-        **dict.fromkeys((422, 500, 503), PROBLEM),
-    },
+    responses={200: answer("A page.", "Link"), **problems(422, 500, 503)},
 )
 async def list_layouts(
-    request: Request,
+    asker: OnlyClient,
+    link: LinkToNext,
+    response: Response,
     state: StateOf,
     limit: Annotated[int, Query(ge=1, le=100, description="Items of a page.", examples=[20])] = 20,
     cursor: Annotated[
@@ -109,22 +128,20 @@ async def list_layouts(
     created_before: Annotated[
         str | None, Query(max_length=40, description="Only layouts created earlier than this (RFC 3339).")
     ] = None,
-) -> Response:
+) -> LayoutPage:
     """Layouts in short, the newest first."""
     chosen = JobFilter(
         statuses=None if status is None else [JobStatus(one) for one in status],
         name=name,
-        client=only_client(request, state),
+        client=asker,
         created_after=parse_timestamp("created_after", created_after),
         created_before=parse_timestamp("created_before", created_before),
     )
     jobs = await state.jobs.page(limit + 1, None if cursor is None else decode(cursor), chosen)
     following = encode(jobs[limit - 1].sequence) if len(jobs) > limit else None
-    headers = {}
     if following is not None:
-        query = [(key, value) for key, value in request.query_params.multi_items() if key != "cursor"]
-        headers["Link"] = f'<{request.url.path}?{urlencode([*query, ("cursor", following)])}>; rel="next"'
-    return JSONResponse({"items": [summary(job) for job in jobs[:limit]], "next_cursor": following}, headers=headers)
+        response.headers["Link"] = link(following)
+    return LayoutPage(items=[summary(job) for job in jobs[:limit]], next_cursor=following)
 
 
 @router.post(
@@ -132,18 +149,17 @@ async def list_layouts(
     operation_id="cancel_layout",
     summary="Call a layout off",
     status_code=202,
-    response_model=None,
+    response_model=Layout,
     responses={
-        202: {"model": Layout, "description": "It is cancelled; its solve, if one was running, ends within a second."},
-        **dict.fromkeys((404, 409, 500, 503), PROBLEM),
+        202: answer("It is cancelled; its solve, if one was running, ends within a second.", "ETag"),
+        **problems(404, 409, 500, 503),
     },
 )
-async def cancel_layout(layout_id: str, request: Request, state: StateOf) -> Response:
+async def cancel_layout(own: OwnLayout, state: StateOf) -> Response:
     """End a queued or running layout for good. May be repeated."""
-    await own_layout(layout_id, request, state)
-    job = await state.jobs.cancel(layout_id)
+    job = await state.jobs.cancel(own.id)
     if job is None:
-        raise not_found(layout_id)
+        raise not_found(own.id)
     return _answer(job, 202, {})
 
 
@@ -152,18 +168,15 @@ async def cancel_layout(layout_id: str, request: Request, state: StateOf) -> Res
     operation_id="delete_layout",
     summary="Forget a layout",
     status_code=204,
-    response_model=None,
     responses={
-        204: {"description": "It is forgotten, with its events and its idempotency key."},
-        **dict.fromkeys((404, 409, 500, 503), PROBLEM),
+        204: answer("It is forgotten, with its events and its idempotency key."),
+        **problems(404, 409, 500, 503),
     },
 )
-async def delete_layout(layout_id: str, request: Request, state: StateOf) -> Response:
+async def delete_layout(own: OwnLayout, state: StateOf) -> None:
     """Forget a finished layout."""
-    await own_layout(layout_id, request, state)
-    if not await state.jobs.delete(layout_id):
-        raise not_found(layout_id)
-    return Response(status_code=204)
+    if not await state.jobs.delete(own.id):
+        raise not_found(own.id)
 
 
 def _answer(job: Job, status: int, headers: dict[str, str]) -> Response:

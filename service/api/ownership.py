@@ -2,46 +2,64 @@
 
 from __future__ import annotations
 
-from fastapi import Request
+from typing import Annotated
 
-from duocell.service.api.state import State
+from fastapi import Depends, Request
+
+from duocell.service.api.state import StateOf
 from duocell.service.common.problems import Problem
 from duocell.service.jobs.job import Job, is_job_id
 from duocell.service.library.document_stores import View
 from duocell.service.library.library import Library
 
 
-def client_of(request: Request) -> str:
+async def _client(request: Request) -> str:
     """Who asks, as far as clients are told apart; their jobs take turns, and their idempotency keys are their own."""
     return str(request.scope.get("duocell.key") or "")
 
 
-def only_client(request: Request, state: State) -> str | None:
-    """Whose layouts the asker may see; None: everybody's."""
-    return None if state.settings.shared else client_of(request) or None
+Client = Annotated[str, Depends(_client)]
+"""Who asks, "" if clients are not told apart."""
 
 
-def library_of(request: Request, state: State) -> Library:
-    """Robots and meshes as the asker sees them."""
-    return state.library.seen_by(view_of(request, state))
+async def _only_client(client: Client, state: StateOf) -> str | None:
+    return None if state.settings.shared else client or None
 
 
-def view_of(request: Request, state: State) -> View:
-    """What of robots and meshes the asker sees."""
-    client = client_of(request)
+OnlyClient = Annotated[str | None, Depends(_only_client)]
+"""Whose layouts the asker may see; None: everybody's."""
+
+
+async def _view(client: Client, state: StateOf) -> View:
     return View(state.settings.data_dir.absolute(), client, state.settings.shared or not client)
 
 
-async def own_layout(layout_id: str, request: Request, state: State) -> Job:
+OwnView = Annotated[View, Depends(_view)]
+"""What of robots and meshes the asker sees."""
+
+
+async def _library(view: OwnView, state: StateOf) -> Library:
+    return state.library.seen_by(view)
+
+
+OwnLibrary = Annotated[Library, Depends(_library)]
+"""Robots and meshes as the asker sees them."""
+
+
+async def _layout(layout_id: str, asker: OnlyClient, state: StateOf) -> Job:
     """A layout that the asker may see.
 
     Raises:
         Problem: there is none; that of another key is none.
     """
     job = await state.jobs.get(layout_id) if is_job_id(layout_id) else None
-    if job is None or only_client(request, state) not in (None, job.client):
+    if job is None or asker not in (None, job.client):
         raise not_found(layout_id)
     return job
+
+
+OwnLayout = Annotated[Job, Depends(_layout)]
+"""See `_layout`."""
 
 
 def not_found(layout_id: str) -> Problem:

@@ -4,24 +4,25 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Path, Request
+from fastapi import APIRouter, Path, Response
 from fastapi.concurrency import run_in_threadpool
-from fastapi.responses import JSONResponse, Response
+from fastapi.responses import JSONResponse
 
 from duocell.models.base.errors import UnknownRobot
-from duocell.service.api.ownership import client_of, library_of
+from duocell.service.api.bodies import FormBody
+from duocell.service.api.ownership import Client, OwnLibrary
 from duocell.service.api.state import StateOf
 from duocell.service.common.problems import Problem
-from duocell.service.http.prefer import prefers_async
+from duocell.service.http.described import answer, form_body_of, problems
+from duocell.service.http.prefer import AsyncPreference, prefers_async
 from duocell.service.library.robots import robot_document, robot_list
-from duocell.service.schemas.resources import ProblemDocument
 from duocell.service.schemas.robots import RobotDetail, RobotImport, RobotPage
+from duocell.service.schemas.uploads import RobotUpload
 from duocell.service.uploads.uploads import begin_robot, drop_robot, take_robot
 
 router = APIRouter(prefix="/v1/robots", tags=["robots"])
 
 RETRY_AFTER = "1"
-PROBLEM = {"model": ProblemDocument}
 RobotName = Annotated[str, Path(description="Its name in the list of robots.", examples=["puma560"])]
 
 
@@ -29,12 +30,11 @@ RobotName = Annotated[str, Path(description="Its name in the list of robots.", e
     "",
     operation_id="list_robots",
     summary="List robots",
-    response_model=None,
-    responses={200: {"model": RobotPage, "description": "All robots."}, 500: PROBLEM},
+    responses={200: answer("All robots."), **problems(500)},
 )
-def list_robots(request: Request, state: StateOf) -> Response:
+def list_robots(library: OwnLibrary) -> RobotPage:
     """Every robot that a request may name."""
-    return JSONResponse({"items": robot_list(library_of(request, state)), "next_cursor": None})
+    return RobotPage.model_validate({"items": robot_list(library), "next_cursor": None})
 
 
 @router.post(
@@ -42,14 +42,21 @@ def list_robots(request: Request, state: StateOf) -> Response:
     operation_id="create_robot",
     summary="Bring a robot",
     status_code=201,
-    response_model=None,
+    response_model=RobotDetail,
     responses={
-        201: {"model": RobotDetail, "description": "Kept; requests may name it."},
-        202: {"model": RobotImport, "description": "It is being read, as `Prefer: respond-async` asked. See Location."},
-        **dict.fromkeys((400, 408, 409, 413, 415, 422, 429, 500, 503), PROBLEM),
+        201: answer("Kept; requests may name it.", "Location"),
+        202: answer(
+            "It is being read, as `Prefer: respond-async` asked. See Location.",
+            *("Location", "Retry-After", "Preference-Applied"),
+            model=RobotImport,
+        ),
+        **problems(400, 408, 409, 413, 415, 422, 429, 500, 503),
     },
+    openapi_extra=form_body_of(RobotUpload),
 )
-async def create_robot(request: Request, state: StateOf) -> Response:
+async def create_robot(
+    prefer: AsyncPreference, upload: FormBody, library: OwnLibrary, client: Client, state: StateOf, response: Response
+) -> RobotDetail | Response:
     """Send a URDF file, the meshes of its collision geometry in a zip; requests then name the robot like any other.
 
     The chain runs from `base_link` to `tip`; without them it is the arm of the file: fingers, cameras and `world` are
@@ -57,29 +64,25 @@ async def create_robot(request: Request, state: StateOf) -> Response:
     apart into convex pieces, which takes about a second for each that has dents and was not sent before; with
     `Prefer: respond-async` the answer comes before that and tells where to follow it. Xacro is not expanded.
     """
-    library = library_of(request, state)
-    if prefers_async(request.headers.getlist("prefer")):
-        begun = await begin_robot(
-            request, library, state.import_worker, state.places, state.settings, state.imports, client_of(request)
-        )
-        headers = {"Location": begun.address, "Preference-Applied": "respond-async", "Retry-After": RETRY_AFTER}
-        return JSONResponse(begun.document(), 202, headers)
-    name = await take_robot(request, library, state.import_worker, state.places, state.settings)
-    document = await run_in_threadpool(robot_document, name, library)
-    return JSONResponse(document, 201, {"Location": f"/v1/robots/{name}"})
+    if prefers_async(prefer):
+        begun = await begin_robot(upload, library, state.import_worker, state.settings, state.imports, client)
+        headers = {"Location": begun.href, "Preference-Applied": "respond-async", "Retry-After": RETRY_AFTER}
+        return JSONResponse(RobotImport.model_validate(begun).model_dump(mode="json"), 202, headers)
+    name = await take_robot(upload, library, state.import_worker, state.settings)
+    response.headers["Location"] = f"/v1/robots/{name}"
+    return RobotDetail.model_validate(await run_in_threadpool(robot_document, name, library))
 
 
 @router.get(
     "/{name}",
     operation_id="get_robot",
     summary="See a robot",
-    response_model=None,
-    responses={200: {"model": RobotDetail, "description": "The robot."}, 404: PROBLEM, 500: PROBLEM},
+    responses={200: answer("The robot."), **problems(404, 500)},
 )
-def get_robot(name: RobotName, request: Request, state: StateOf) -> Response:
+def get_robot(name: RobotName, library: OwnLibrary) -> RobotDetail:
     """Joints, limits, frames, reach, where the data come from."""
     try:
-        return JSONResponse(robot_document(name, library_of(request, state)))
+        return RobotDetail.model_validate(robot_document(name, library))
     except UnknownRobot as error:
         raise Problem("robot-not-found", error.detail) from error
 
@@ -89,10 +92,8 @@ def get_robot(name: RobotName, request: Request, state: StateOf) -> Response:
     operation_id="delete_robot",
     summary="Delete a robot",
     status_code=204,
-    response_model=None,
-    responses={204: {"description": "Gone."}, 403: PROBLEM, 404: PROBLEM, 409: PROBLEM, 500: PROBLEM, 503: PROBLEM},
+    responses={204: answer("Gone."), **problems(403, 404, 409, 500, 503)},
 )
-async def delete_robot(name: RobotName, request: Request, state: StateOf) -> Response:
+async def delete_robot(name: RobotName, library: OwnLibrary, state: StateOf) -> None:
     """Its name is free again; layouts that were accepted before are carried out all the same."""
-    await run_in_threadpool(drop_robot, name, library_of(request, state), state.settings)
-    return Response(status_code=204)
+    await run_in_threadpool(drop_robot, name, library, state.settings)

@@ -33,7 +33,7 @@ class State:
     imports: Imports
 
 
-def _state(request: Request) -> State:
+async def _state(request: Request) -> State:
     state: State = request.app.state.duocell
     return state
 

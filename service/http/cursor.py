@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import base64
 import binascii
+from collections.abc import Callable
+from typing import Annotated
+from urllib.parse import urlencode
+
+from fastapi import Depends, Request
 
 from duocell.service.common.issues import Issue
 from duocell.service.common.problems import Problem
@@ -32,3 +37,16 @@ def decode(cursor: str) -> int:
         detail = "The cursor is none of this service's. Use `next_cursor` of the page before, or leave it out."
         raise Problem("invalid-request", detail, errors=[Issue("", detail)]) from error
     return number
+
+
+async def _link(request: Request) -> Callable[[str], str]:
+    """Makes the header Link that leads to the page behind a cursor: the address asked for, with that cursor."""
+
+    def link(cursor: str) -> str:
+        query = [(key, value) for key, value in request.query_params.multi_items() if key != "cursor"]
+        return f'<{request.url.path}?{urlencode([*query, ("cursor", cursor)])}>; rel="next"'
+
+    return link
+
+
+LinkToNext = Annotated[Callable[[str], str], Depends(_link)]

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import re
+from typing import Annotated
+
+from fastapi import Depends, Header
+from pydantic import WithJsonSchema
 
 from duocell.service.common.issues import Issue
 from duocell.service.common.problems import Problem
@@ -14,7 +18,7 @@ PATTERN = f"^({BARE}|{QUOTED})$"
 _KEY = re.compile(PATTERN)
 
 
-def idempotency_key(headers: list[str]) -> str | None:
+def key_of(headers: list[str]) -> str | None:
     """The key that a client has given its request, or None.
 
     The drafts of the header want a quoted string, most clients send a bare one: quotes around it are left away.
@@ -29,3 +33,24 @@ def idempotency_key(headers: list[str]) -> str | None:
         detail = "Idempotency-Key must be given once, with 1 to 255 printable ASCII characters. A UUID is a good one."
         raise Problem("bad-request", detail, errors=[Issue("", detail)])
     return key[1:-1] if key.startswith('"') else key
+
+
+_Sent = Annotated[
+    list[str],
+    Header(
+        alias="Idempotency-Key",
+        default_factory=list,
+        description="1 to 255 printable ASCII characters, in quotes or not, best a new UUID: the same body with the "
+        "same key is carried out once, however often it is sent.",
+        openapi_examples={"uuid": {"value": "8e03978e-40d5-43dd-bc93-6894a57f9324"}},
+    ),
+    WithJsonSchema({"type": "string", "pattern": PATTERN}),
+]
+
+
+async def _key(sent: _Sent) -> str | None:
+    return key_of(sent)
+
+
+IdempotencyKey = Annotated[str | None, Depends(_key)]
+"""See `key_of`."""

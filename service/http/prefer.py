@@ -3,6 +3,33 @@
 from __future__ import annotations
 
 import re
+from typing import Annotated
+
+from fastapi import Header
+from pydantic import WithJsonSchema
+
+_ONE = WithJsonSchema({"type": "string"})
+"""A header that may be sent several times is one text to a client."""
+WaitPreference = Annotated[
+    list[str],
+    Header(
+        alias="Prefer",
+        default_factory=list,
+        description="`wait=N`: answer with the finished layout if it is done within N seconds (RFC 7240).",
+        openapi_examples={"wait": {"value": "wait=10"}},
+    ),
+    _ONE,
+]
+AsyncPreference = Annotated[
+    list[str],
+    Header(
+        alias="Prefer",
+        default_factory=list,
+        description="`respond-async`: answer as soon as the files are there, with the address to follow.",
+        openapi_examples={"async": {"value": "respond-async"}},
+    ),
+    _ONE,
+]
 
 _WAIT = re.compile(r"\s*wait\s*=\s*\"?(\d{1,9})\"?\s*", re.IGNORECASE)
 

@@ -10,19 +10,15 @@ from duocell.service.common.timestamps import timestamp
 from duocell.service.jobs.job import Job, JobStatus
 from duocell.service.requests.accept import Accepted
 from duocell.service.results.older_results import completed
+from duocell.service.schemas.resources import Failure, LayoutHead, LayoutSummary
 
 
 def layout_text(job: Job) -> str:
     """JSON of a layout resource."""
-    fields = {name: json.dumps(value, ensure_ascii=False) for name, value in _head(job).items()}
-    fields["error"] = (
-        "null"
-        if job.failure is None
-        else json.dumps({"code": job.failure.code, "detail": job.failure.detail}, ensure_ascii=False)
-    )
-    fields["request"] = job.request
-    fields["result"] = "null" if job.result is None else completed(job.result)
-    return "{" + ",".join(f'"{name}":{text}' for name, text in fields.items()) + "}"
+    head = LayoutHead.model_validate(job).model_dump_json()
+    error = "null" if job.failure is None else Failure.model_validate(job.failure).model_dump_json()
+    result = "null" if job.result is None else completed(job.result)
+    return f'{head[:-1]},"error":{error},"request":{job.request},"result":{result}}}'
 
 
 def solved_here(accepted: Accepted, result: dict[str, Any], created: datetime) -> dict[str, Any]:
@@ -36,9 +32,9 @@ def solved_here(accepted: Accepted, result: dict[str, Any], created: datetime) -
     }
 
 
-def summary(job: Job) -> dict[str, Any]:
+def summary(job: Job) -> LayoutSummary:
     """A layout in a list."""
-    return {**_head(job), "outcome": job.outcome, "objective": job.objective, "version": job.version, "href": href(job)}
+    return LayoutSummary.of(job, href=href(job))
 
 
 def href(job: Job) -> str:
@@ -49,16 +45,3 @@ def href(job: Job) -> str:
 def etag(job: Job) -> str:
     """Changes whenever the job does."""
     return f'W/"{job.id}-{job.revision}"'
-
-
-def _head(job: Job) -> dict[str, Any]:
-    return {
-        "id": job.id,
-        "name": job.name,
-        "status": job.status.value,
-        "attempts": job.attempts,
-        "created_at": timestamp(job.created_at),
-        "started_at": timestamp(job.started_at),
-        "finished_at": timestamp(job.finished_at),
-        "ended": job.ended,
-    }

@@ -69,7 +69,7 @@ def robot_document(name: str, library: Library) -> dict[str, Any]:
     return {
         **_summary(robot, user),
         "version": None if user is None else user.version,
-        "created_at": None if user is None else user.created_at,
+        "created_at": user.created_at or None if user is not None else None,
         "joints": [
             {"name": name, "lower": finite(lower), "upper": finite(upper), "reference": float(reference)}
             for name, lower, upper, reference in joints

@@ -3,10 +3,24 @@
 from __future__ import annotations
 
 import unicodedata
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field, model_validator
+from pydantic import (
+    AfterValidator,
+    AwareDatetime,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    PlainSerializer,
+    WithJsonSchema,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError
+
+from duocell.service.common.numbers import finite
+from duocell.service.common.timestamps import timestamp
 
 TAG = "@"
 """First letter of the tags of unions; such parts of an error location are no part of the document."""
@@ -32,9 +46,19 @@ class Strict(BaseModel):
 
 
 class Answer(BaseModel):
-    """A part of an answer. No field has a default, so that a generated client sees every field as present."""
+    """A part of an answer. No field has a default, so that a generated client sees every field as present.
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    It is made of an object with attributes of the same names, so that what a field is called and holds stands here and
+    where it comes from, and nowhere between.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, from_attributes=True)
+
+    @classmethod
+    def of(cls, source: object, **made: Any) -> Self:
+        """The answer made of attributes of ``source``, and in their place of what is ``made`` for it."""
+        known = {name: getattr(source, name) for name in cls.__pydantic_fields__ if name not in made}
+        return cls.model_validate(known | made)
 
 
 class Choice(Discriminator):
@@ -106,6 +130,23 @@ def _weight(value: float) -> float:
 LEAST_WEIGHT, MOST_WEIGHT = 1e-6, 1e6
 Weight = Annotated[float, Field(ge=0.0, le=MOST_WEIGHT), AfterValidator(_weight)]
 """0, or between `LEAST_WEIGHT` and `MOST_WEIGHT`: only the ratios of weights matter."""
+
+
+def _listed(value: Any) -> Any:
+    """An array as lists; anything else as it is."""
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
+Number = Annotated[float | None, BeforeValidator(finite)]
+"""Of an answer; null where there is none, or it is infinite (no limit, no margin)."""
+Listed = BeforeValidator(_listed)
+"""Of lists in answers that are arrays where they come from."""
+Moment = Annotated[
+    AwareDatetime,
+    PlainSerializer(timestamp, return_type=str),
+    WithJsonSchema({"type": "string", "format": "date-time"}),
+]
+"""RFC 3339 in UTC, always with microseconds."""
 Positive = Annotated[float, Field(gt=0.0)]
 NotNegative = Annotated[float, Field(ge=0.0)]
 Vector2 = Annotated[list[float], Field(min_length=2, max_length=2)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from duocell.service.schemas.base import Answer
+from duocell.service.schemas.base import Answer, Number
 
 _ASKED = "null if not looked at."
 
@@ -13,7 +13,7 @@ class ClassClearance(Answer):
     """What a class of pairs keeps along the whole path, between the poses too."""
 
     required: float = Field(description="m, that was asked for.", examples=[0.03])
-    distance: float | None = Field(
+    distance: Number = Field(
         description="m, the smallest at any sample of the path, by Coal; negative: how deep the bodies penetrate.",
         examples=[0.041],
     )
@@ -22,7 +22,7 @@ class ClassClearance(Answer):
     )
     pose: int = Field(description="Index of the pose before that sample.", examples=[4])
     fraction: float = Field(description="Of the way from there to the next pose, 0 to 1.", examples=[0.25])
-    lower_bound: float | None = Field(
+    lower_bound: Number = Field(
         description="m, nothing of the class comes nearer anywhere on the path; null if that is not known.",
         examples=[0.038],
     )
@@ -44,11 +44,11 @@ class Clearances(Answer):
 class Distances(Answer):
     """Per class of pairs."""
 
-    arm_arm: float | None = Field(description=f"m, between two arms; {_ASKED}", examples=[0.03])
-    arm_part: float | None = Field(description=f"m, between arms and the part; {_ASKED}", examples=[0.05])
-    arm_obstacle: float | None = Field(description=f"m, between arms and obstacles; {_ASKED}", examples=[0.04])
-    part_obstacle: float | None = Field(description=f"m, between the part and obstacles; {_ASKED}", examples=[0.04])
-    self: float | None = Field(description=f"m, between the bodies of one arm; {_ASKED}", examples=[0.08])
+    arm_arm: Number = Field(description=f"m, between two arms; {_ASKED}", examples=[0.03])
+    arm_part: Number = Field(description=f"m, between arms and the part; {_ASKED}", examples=[0.05])
+    arm_obstacle: Number = Field(description=f"m, between arms and obstacles; {_ASKED}", examples=[0.04])
+    part_obstacle: Number = Field(description=f"m, between the part and obstacles; {_ASKED}", examples=[0.04])
+    self: Number = Field(description=f"m, between the bodies of one arm; {_ASKED}", examples=[0.08])
 
 
 class ToleranceResult(Answer):
@@ -58,13 +58,13 @@ class ToleranceResult(Answer):
     angle: float = Field(description="rad, that was asked about.", examples=[0.00175])
     samples: int = Field(description="Layouts with errors that were looked at.", examples=[96])
     feasible: float = Field(description="Share of them that still can do the task.", examples=[1.0])
-    margin: float | None = Field(
+    margin: Number = Field(
         description="rad, smallest joint margin over those that can be followed; negative beyond a limit.",
         examples=[0.29],
     )
-    margin_by_sensitivity: float | None = Field(description="rad, its first-order estimate.", examples=[0.29])
+    margin_by_sensitivity: Number = Field(description="rad, its first-order estimate.", examples=[0.29])
     clearances: Distances = Field(description="Smallest distances over the same, whatever was asked for.")
-    largest: float | None = Field(
+    largest: Number = Field(
         description="Factor on both errors up to which every sampled layout stays feasible.", examples=[4.0]
     )
     note: str = Field(
@@ -77,7 +77,7 @@ class Relaxation(Answer):
 
     what: str = Field(description="One sentence.", examples=["Allow main to stand up to 0.25 m farther out."])
     pointer: str = Field(description="JSON pointer of the field to change.", examples=["/arms/0/base/x"])
-    objective: float | None = Field(description="Of the layout that becomes possible.", examples=[171.3])
+    objective: Number = Field(description="Of the layout that becomes possible.", examples=[171.3])
 
 
 class ExplanationResult(Answer):

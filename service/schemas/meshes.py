@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from duocell.service.schemas.base import Answer, Vector3
+from duocell.service.schemas.base import Answer, Moment, Vector3
 
 _ID = "9f86d081884c7d659a2feaa0c55ad015"
 
@@ -38,7 +38,7 @@ class UploadedMesh(Answer):
         "of them.",
         examples=[0],
     )
-    created_at: str = Field(description="RFC 3339.", examples=["2026-11-22T09:30:00.000000Z"])
+    created_at: Moment = Field(description="RFC 3339.", examples=["2026-11-22T09:30:00.000000Z"])
     href: str = Field(description="Address of this resource.", examples=[f"/v1/meshes/{_ID}"])
 
 

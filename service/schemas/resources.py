@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from pydantic import ConfigDict, Field
 
-from duocell.service.schemas.base import Answer
+from duocell.service.schemas.base import Answer, Moment
 from duocell.service.schemas.request import LayoutRequest
 from duocell.service.schemas.result import LayoutResult
 
@@ -37,20 +37,22 @@ class Ended(Answer):
     detail: str | None = Field(description="One sentence.", examples=["A client called it off."])
 
 
-class _Head(Answer):
+class LayoutHead(Answer):
+    """What a layout and its entry in a list have in common."""
+
     id: str = Field(description="Identifier.", examples=[_ID])
     name: str = Field(description="Label of the request.", examples=["line"])
     status: Status = Field(description="Where it is.", examples=["succeeded"])
     attempts: int = Field(description="How often a worker has taken it up.", examples=[1])
-    created_at: str = Field(description="RFC 3339.", examples=[_TIME])
-    started_at: str | None = Field(description="When a worker took it up.", examples=[_TIME])
-    finished_at: str | None = Field(description="When it ended.", examples=[_TIME])
+    created_at: Moment = Field(description="RFC 3339.", examples=[_TIME])
+    started_at: Moment | None = Field(description="When a worker took it up.", examples=[_TIME])
+    finished_at: Moment | None = Field(description="When it ended.", examples=[_TIME])
     ended: Ended | None = Field(
         description="What ended it; null until then, and for layouts that older versions have solved.", examples=[None]
     )
 
 
-class Layout(_Head):
+class Layout(LayoutHead):
     """A request for a layout and what became of it."""
 
     error: Failure | None = Field(description="Why it failed, if it did.", examples=[None])
@@ -58,7 +60,7 @@ class Layout(_Head):
     result: LayoutResult | None = Field(description="The answer, once it succeeded.")
 
 
-class LayoutSummary(_Head):
+class LayoutSummary(LayoutHead):
     """A layout in a list."""
 
     outcome: str | None = Field(description="Of the result, if there is one.", examples=["optimal"])

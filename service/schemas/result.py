@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
-from duocell.service.schemas.base import Answer
+from duocell.service.schemas.base import Answer, Listed, Number
 from duocell.service.schemas.findings import Clearances, ExplanationResult, ToleranceResult
 from duocell.service.schemas.pose import Pose
 
@@ -14,7 +14,7 @@ from duocell.service.schemas.pose import Pose
 class BasePlacement(Answer):
     """Where a base stands."""
 
-    position: list[float] = Field(
+    position: Annotated[list[float], Listed] = Field(
         description="[x, y, z] in m of the base origin in the world.", examples=[[0.16, 0.95, 0.0]]
     )
     yaw: float = Field(description="rad about the vertical, in the interval of the request.", examples=[-0.8766])
@@ -41,16 +41,16 @@ class ArmResult(Answer):
         description="Posture kept along the path; null for robots without named postures.",
         examples=[{"shoulder": "left", "elbow": "up", "wrist": "flip"}],
     )
-    objective: float | None = Field(description="This arm's part of the objective.", examples=[68.48])
-    joints: list[list[float]] = Field(
+    objective: Number = Field(description="This arm's part of the objective.", examples=[68.48])
+    joints: Annotated[list[list[float]], Listed] = Field(
         description="Joint values in rad, one row per pose, job after job.",
         examples=[[[0.1, -0.5, 2.4, 0.3, 0.2, 0.1]]],
     )
-    minimum_margin: float | None = Field(
+    minimum_margin: Number = Field(
         description="rad, smallest distance of any joint to its limits over the path; null if no joint has limits.",
         examples=[0.31],
     )
-    joint_margins: list[float | None] = Field(
+    joint_margins: Annotated[list[Number], Listed] = Field(
         description="The same per joint; null for joints without limits.", examples=[[0.9, 0.5, 1.1, 0.31, 0.6, 2.2]]
     )
     linear_margins: list[LinearMargin] | None = Field(
@@ -58,12 +58,12 @@ class ArmResult(Answer):
         description="The same per limit between joints, in the order of the request.",
         examples=[[{"name": "joint_2 + joint_3", "margin": 0.12}]],
     )
-    minimum_conditioning: float | None = Field(
+    minimum_conditioning: Number = Field(
         description="Smallest σmin/σmax of the Jacobian over the path, its linear rows divided by "
         "characteristic_length; 0 at a singularity.",
         examples=[0.08],
     )
-    characteristic_length: float | None = Field(description="m.", examples=[0.35])
+    characteristic_length: Number = Field(description="m.", examples=[0.35])
     singularity_distances: dict[str, float | None] = Field(
         description="Smallest distance to the elbow and wrist singularity (rad) and the shoulder singularity (m); "
         "empty for robots without a closed form.",
@@ -92,7 +92,7 @@ class Reason(Answer):
     )
     poses: list[int] = Field(description="Poses concerned, counted from 0.", examples=[[7, 8, 9]])
     joint: str | None = Field(description="Joint, or limit between joints, concerned.", examples=[None])
-    amount: float | None = Field(description="By how much, in unit.", examples=[0.12])
+    amount: Number = Field(description="By how much, in unit.", examples=[0.12])
     unit: str = Field(description="m, rad or empty.", examples=["m"])
     detail: str = Field(
         description="One sentence.",
@@ -112,7 +112,7 @@ class Search(Answer):
         "results of versions that did not tell.",
         examples=[True],
     )
-    first_feasible_time: float | None = Field(
+    first_feasible_time: Number = Field(
         description="s from the start to the first usable layout of the whole cell; null without one, and in results "
         "of versions that did not tell.",
         examples=[0.04],
@@ -123,11 +123,11 @@ class ArmCertificate(Answer):
     """Proof for one arm."""
 
     arm: str = Field(description="Its name.", examples=["main"])
-    lower_bound: float | None = Field(
+    lower_bound: Number = Field(
         description="No base in its region scores less; null where infeasible or where no proof is offered.",
         examples=[68.1],
     )
-    gap: float | None = Field(description="(objective - lower_bound) / objective.", examples=[0.005])
+    gap: Number = Field(description="(objective - lower_bound) / objective.", examples=[0.005])
     proved: bool = Field(description="The requested gap is reached.", examples=[True])
     boxes: int = Field(description="Boxes of base positions examined.", examples=[34920])
     wall_time: float = Field(description="s.", examples=[0.4])
@@ -137,8 +137,8 @@ class ArmCertificate(Answer):
 class CertificateResult(Answer):
     """Proof for the cell."""
 
-    lower_bound: float | None = Field(description="No layout scores less.", examples=[154.1])
-    gap: float | None = Field(description="(objective - lower_bound) / max(objective, 1e-9).", examples=[0.007])
+    lower_bound: Number = Field(description="No layout scores less.", examples=[154.1])
+    gap: Number = Field(description="(objective - lower_bound) / max(objective, 1e-9).", examples=[0.007])
     proved: bool = Field(description="The requested gap is reached.", examples=[True])
     boxes: int = Field(description="Boxes of base positions examined.", examples=[60536])
     wall_time: float = Field(description="s.", examples=[0.8])
@@ -152,11 +152,13 @@ class PenaltyCycle(Answer):
     """One cycle of a penalty method: the minimum for one value of its parameter."""
 
     phase: str = Field(description="reach, exterior or interior.", examples=["interior"])
-    parameter: float | None = Field(description="Penalty parameter; 0 in the reach phase.", examples=[0.3])
-    penalised: float | None = Field(description="Penalised objective.", examples=[190.2])
-    objective: float | None = Field(description="Objective; null where there is no inverse.", examples=[171.0])
-    placement: list[float] = Field(description="[x, y, z, yaw] in m and rad.", examples=[[0.4, 0.9, 0.0, -0.8]])
-    worst: float | None = Field(description="Largest violation in rad or m; kept if negative.", examples=[-0.02])
+    parameter: Number = Field(description="Penalty parameter; 0 in the reach phase.", examples=[0.3])
+    penalised: Number = Field(description="Penalised objective.", examples=[190.2])
+    objective: Number = Field(description="Objective; null where there is no inverse.", examples=[171.0])
+    placement: Annotated[list[float], Listed] = Field(
+        description="[x, y, z, yaw] in m and rad.", examples=[[0.4, 0.9, 0.0, -0.8]]
+    )
+    worst: Number = Field(description="Largest violation in rad or m; kept if negative.", examples=[-0.02])
     iterations: int = Field(description="Line searches.", examples=[12])
     evaluations: int = Field(description="Evaluations of the penalised objective.", examples=[40])
 
@@ -168,7 +170,7 @@ class BaselineArm(Answer):
     base: BasePlacement = Field(description="Its base at the end.")
     start: BasePlacement | None = Field(description="Where the method began; null if it did not run.")
     posture: dict[str, str] | None = Field(description="Posture it keeps.", examples=[{"elbow": "up"}])
-    objective: float | None = Field(description="Its part of the objective.", examples=[75.0])
+    objective: Number = Field(description="Its part of the objective.", examples=[75.0])
     feasible: bool = Field(description="Whether it keeps every constraint.", examples=[True])
     note: str = Field(description="What is worth knowing: an extra phase, an infeasible start.", examples=[""])
     trace: list[PenaltyCycle] = Field(description="Every cycle.")
@@ -178,7 +180,7 @@ class BaselineResult(Answer):
     """Result of a method of the literature on the same problem."""
 
     method: str = Field(description="Its name.", examples=["interior-penalty"])
-    objective: float | None = Field(description="The objective it reaches.", examples=[171.0])
+    objective: Number = Field(description="The objective it reaches.", examples=[171.0])
     wall_time: float = Field(description="s.", examples=[1.2])
     feasible: bool = Field(description="Whether its point keeps every constraint.", examples=[True])
     note: str = Field(description="What is worth knowing about the run.", examples=[""])
@@ -188,7 +190,7 @@ class BaselineResult(Answer):
 class AlternativeResult(Answer):
     """Another layout of the same cell, as thoroughly checked as the answer."""
 
-    objective: float | None = Field(description="E of this layout.", examples=[161.0])
+    objective: Number = Field(description="E of this layout.", examples=[161.0])
     arms: list[ArmResult] = Field(description="Placements of all arms, in the order of the request.")
     clearances: Clearances = Field(description="What every class of pairs keeps along the whole path.")
     note: str = Field(description="Why one might prefer it.", examples=["Keeps 61 mm from the table instead of 34 mm."])
@@ -210,7 +212,7 @@ class JobResult(Answer):
     first_pose: int = Field(description="Its first pose, counted from 0 through all jobs.", examples=[0])
     poses: int = Field(description="How many poses it has.", examples=[10])
     weight: float = Field(description="What each of its poses counts for.", examples=[1.0])
-    objective: float | None = Field(
+    objective: Number = Field(
         description="Its part of the objective, weight included; null if an arm has no placement.", examples=[155.2]
     )
 
@@ -232,7 +234,7 @@ class LayoutResult(Answer):
         "`search.ended`: optimal was said of every search that ended, infeasible of every one that found nothing.",
         examples=["optimal"],
     )
-    objective: float | None = Field(
+    objective: Number = Field(
         description="E = Σ_arms Σ_j Σ_i w_i (q_ij - q*_i)², each pose j times the weight of its job; null without a "
         "usable layout.",
         examples=[155.2],

@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from duocell.service.schemas.base import Answer
+from duocell.service.schemas.base import Answer, Moment
 from duocell.service.schemas.pose import Pose
 from duocell.service.schemas.resources import ProblemDocument
 
@@ -115,7 +115,7 @@ class RobotDetail(RobotSummary):
     version: str | None = Field(
         description="Digest of the files that an uploaded robot was made from; null: of the catalogue.", examples=[None]
     )
-    created_at: str | None = Field(
+    created_at: Moment | None = Field(
         description="RFC 3339, when it was uploaded; null: of the catalogue.", examples=["2026-11-22T09:30:00.000000Z"]
     )
     joints: list[Joint] = Field(description="From the base to the flange.")

@@ -22,28 +22,37 @@ class Parts:
     required: tuple[str, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class Upload:
+    """A form that is still to arrive.
+
+    Attributes:
+        request: whose body has not been read yet.
+        places: for uploads. limits: of its size and time.
+    """
+
+    request: Request
+    places: UploadPlaces
+    limits: Limits
+
+
 @asynccontextmanager
-async def arrived(
-    request: Request,
-    places: UploadPlaces,
-    parts: Parts,
-    limits: Limits,
-) -> AsyncIterator[Form]:
+async def arrived(upload: Upload, parts: Parts) -> AsyncIterator[Form]:
     """The form of an upload, with a place where it may be read as long as the block.
 
     Args:
-        request: whose body has not been read yet.
-        places: for uploads. parts: that it may have. limits: of its size and time.
+        upload: it. parts: that it may have.
 
     Raises:
         Problem, InvalidRequest: see `read_form`; or there is no place for it.
     """
-    client = str(request.scope["duocell.client"])
+    places, limits = upload.places, upload.limits
+    client = str(upload.request.scope["duocell.client"])
     places.reading.check(client)  # so that nobody sends everything in vain while all are taken
     with ExitStack() as held:
         with places.arriving.taken(client):
             form = await read_form(
-                request,
+                upload.request,
                 texts=parts.texts,
                 files=parts.files,
                 required=parts.required,

@@ -28,12 +28,12 @@ REMEMBERED = 200
 
 @dataclass(slots=True)
 class Import:
-    """An upload of a robot.
+    """An upload of a robot; shown by the names that its attributes have.
 
     Attributes:
         id: of it. owner: key that sent it, "" without keys. name: that the robot is to have.
         status: where it stands. link: whose meshes are taken apart, None before and after.
-        done, total: links with meshes that are finished, and all of them; 0 before that is known.
+        links_done, links_total: links with meshes that are finished, and all of them; 0 before that is known.
         problem: the problem document of one that failed.
     """
 
@@ -42,28 +42,19 @@ class Import:
     name: str
     status: Literal["reading", "succeeded", "failed"] = "reading"
     link: str | None = None
-    done: int = 0
-    total: int = 0
+    links_done: int = 0
+    links_total: int = 0
     problem: dict[str, Any] | None = None
 
     @property
-    def address(self) -> str:
-        """Its own."""
+    def href(self) -> str:
+        """Its address."""
         return f"/v1/imports/{self.id}"
 
-    def document(self) -> dict[str, Any]:
-        """As it is shown."""
-        return {
-            "id": self.id,
-            "name": self.name,
-            "status": self.status,
-            "link": self.link,
-            "links_done": self.done,
-            "links_total": self.total,
-            "robot": f"/v1/robots/{self.name}" if self.status == "succeeded" else None,
-            "problem": self.problem,
-            "href": self.address,
-        }
+    @property
+    def robot(self) -> str | None:
+        """Address of the robot, once it is there."""
+        return f"/v1/robots/{self.name}" if self.status == "succeeded" else None
 
 
 class Imports:
@@ -104,16 +95,16 @@ async def _carried_out(one: Import, work: Callable[[Report], Awaitable[object]])
     def follow(kind: str, data: str) -> None:
         if kind == "link":
             told = json.loads(data)
-            one.link, one.done, one.total = told["link"], told["done"], told["total"]
+            one.link, one.links_done, one.links_total = told["link"], told["done"], told["total"]
 
     try:
         await work(follow)
-        one.status, one.done = "succeeded", one.total
+        one.status, one.links_done = "succeeded", one.links_total
     except (Problem, InvalidRequest) as error:
-        one.status, one.problem = "failed", problems.document(as_problem(error)[0], one.address)
+        one.status, one.problem = "failed", problems.document(as_problem(error)[0], one.href)
     except Exception:  # whoever asks is told that it has ended
         log.exception("an upload ended unexpectedly")
         internal = Problem("internal", "The upload ended unexpectedly; the log of the server has the details.")
-        one.status, one.problem = "failed", problems.document(internal, one.address)
+        one.status, one.problem = "failed", problems.document(internal, one.href)
     finally:
         one.link = None

@@ -10,7 +10,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from fastapi import Request
 from fastapi.concurrency import run_in_threadpool
 
 from duocell.models.catalogue import catalogue
@@ -23,11 +22,10 @@ from duocell.service.library.user_mesh import UserMesh, mesh_document
 from duocell.service.library.user_robot import as_document
 from duocell.service.schemas.arm import LinearLimit, LinearLimitRows
 from duocell.service.settings import Limits, Settings
-from duocell.service.uploads.arrival import Parts, arrived
+from duocell.service.uploads.arrival import Parts, Upload, arrived
 from duocell.service.uploads.form import Form
 from duocell.service.uploads.imports import Import, Imports
 from duocell.service.uploads.mesh_import import mesh_from_file
-from duocell.service.uploads.places import UploadPlaces
 from duocell.service.uploads.robot_import import RobotFiles, robot_from_upload
 from duocell.service.validation import validate
 from duocell.service.validation.strict_json import NotJson, parse
@@ -47,26 +45,23 @@ ROBOT_FORM = Parts(
 MESH_FORM = Parts(texts=("name",), files=("mesh",), required=("mesh",))
 
 
-async def take_robot(
-    request: Request, library: Library, import_worker: ImportWorker, places: UploadPlaces, settings: Settings
-) -> str:
-    """Keep the robot in the body of a request; returns its name.
+async def take_robot(upload: Upload, library: Library, import_worker: ImportWorker, settings: Settings) -> str:
+    """Keep the robot in the form of an upload; returns its name.
 
     Raises:
         Problem: the body is no form or too large, the name is taken, there is no place for another robot.
         InvalidRequest: the robot cannot be used.
     """
-    async with arrived(request, places, ROBOT_FORM, settings) as form:
+    async with arrived(upload, ROBOT_FORM) as form:
         files = await _robot_sent(form, library, settings)
         await _keep_robot(files, library, import_worker, settings, lambda kind, data: None)
     return files.name
 
 
 async def begin_robot(
-    request: Request,
+    upload: Upload,
     library: Library,
     import_worker: ImportWorker,
-    places: UploadPlaces,
     settings: Settings,
     imports: Imports,
     owner: str,
@@ -77,7 +72,7 @@ async def begin_robot(
         Problem, InvalidRequest: as far as that is seen without the files being read.
     """
     async with AsyncExitStack() as stack:
-        form = await stack.enter_async_context(arrived(request, places, ROBOT_FORM, settings))
+        form = await stack.enter_async_context(arrived(upload, ROBOT_FORM))
         files = await _robot_sent(form, library, settings)
         held = stack.pop_all()
 
@@ -109,15 +104,15 @@ async def _keep_robot(
 
 
 async def take_mesh(
-    request: Request, library: Library, import_worker: ImportWorker, places: UploadPlaces, settings: Settings
+    upload: Upload, library: Library, import_worker: ImportWorker, settings: Settings
 ) -> tuple[UserMesh, bool]:
-    """Keep the mesh in the body of a request; returns it, and whether it is new.
+    """Keep the mesh in the form of an upload; returns it, and whether it is new.
 
     Raises:
         Problem: the body is no form or too large, or there is no place for another mesh.
         InvalidRequest: the mesh cannot be used.
     """
-    async with arrived(request, places, MESH_FORM, settings) as form:
+    async with arrived(upload, MESH_FORM) as form:
         file = form.files["mesh"]
         label = form.texts.get("name", file.name)
         _check_label(label)

@@ -29,10 +29,14 @@ DOCUMENT: Document = {
     "paths": {
         "/arms": {
             "post": {
-                "parameters": [{"in": "query", "name": "limit", "schema": {"type": "integer", "maximum": 100}}],
+                "tags": [],
+                "parameters": [
+                    {"in": "query", "name": "limit", "schema": {"type": "integer", "maximum": 100}, "example": 5}
+                ],
                 "requestBody": {"content": {"application/json": {"schema": {"$ref": "#/components/schemas/Arm"}}}},
                 "responses": {
-                    "200": {"content": {"application/json": {"schema": {"$ref": "#/components/schemas/Arm"}}}}
+                    "200": {"content": {"application/json": {"schema": {"$ref": "#/components/schemas/Arm"}}}},
+                    "201": {"content": {"text/plain": {"schema": {"type": "string"}}}},
                 },
             }
         }
@@ -71,6 +75,13 @@ ALLOWED: dict[str, Callable[[Document], Any]] = {
     "another order": lambda d: arm(d)["properties"]["next"]["anyOf"].reverse(),
     "schemas in place of references": both,
     "a parameter": lambda d: operation(d)["parameters"].append({"in": "query", "name": "from", "schema": {}}),
+    "an example, put otherwise": lambda d: operation(d)["parameters"][0].update(
+        examples={"few": {"value": operation(d)["parameters"][0].pop("example")}}
+    ),
+    "an empty list": lambda d: operation(d).pop("tags"),
+    "the format of what is answered": lambda d: operation(d)["responses"]["201"]["content"]["text/plain"][
+        "schema"
+    ].update(format="date-time"),
     "a response": lambda d: operation(d)["responses"].update({"404": {}}),
 }
 LOST: dict[str, tuple[Callable[[Document], Any], str]] = {
@@ -84,6 +95,11 @@ LOST: dict[str, tuple[Callable[[Document], Any], str]] = {
     "freedom": (lambda d: arm(d)["properties"]["name"].update(maxLength=3), "name/maxLength is new"),
     "a member of a union": (lambda d: arm(d)["properties"]["next"]["anyOf"].pop(), "next/anyOf/1 is gone"),
     "a parameter": (lambda d: operation(d)["parameters"].clear(), "query limit is gone"),
+    "its example": (lambda d: operation(d)["parameters"][0].pop("example"), "query limit/example is gone"),
+    "freedom in the format of what is sent": (
+        lambda d: arm(d)["properties"]["name"].update(format="date-time"),
+        "name/format is new",
+    ),
     "a wider limit": (lambda d: operation(d)["parameters"][0]["schema"].update(maximum=10), "100 became 10"),
     "a field that may be left out": (lambda d: arm(d).update(required=["name", "kind"]), "kind is required now"),
     "a field that is always there": (lambda d: arm(d).update(required=[]), "name is no longer always there"),

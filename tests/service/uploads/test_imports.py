@@ -74,11 +74,11 @@ def test_links_are_told_and_old_uploads_forgotten() -> None:
         async def work(report: Report) -> None:
             for number, link in enumerate(("base", "upper arm")):
                 report("link", f'{{"link":"{link}","done":{number},"total":2}}')
-                seen.append((one.link, one.done, one.total))
+                seen.append((one.link, one.links_done, one.links_total))
 
         one = imports.begin("", "own", work)
         await asyncio.gather(*imports._tasks)
-        assert (one.status, one.link, one.done) == ("succeeded", None, 2)
+        assert (one.status, one.link, one.links_done) == ("succeeded", None, 2)
         for _ in range(REMEMBERED + 5):
             imports.begin("", "own", work)
             await asyncio.gather(*imports._tasks)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from math import pi
 
 import numpy as np
 
-from duocell.models.base.arrays import Floats
+from duocell.models.base.arrays import Floats, Ints
 from duocell.models.base.errors import InvalidInput
 from duocell.models.base.pose import inverse
 from duocell.models.cell.coupling import Coupling
+from duocell.models.cell.pose_freedom import PoseFreedom, pose_freedom
 from duocell.models.cell.surroundings import Surroundings
 from duocell.models.cell.task import Task
 from duocell.models.robot.arm import Arm
@@ -53,30 +55,61 @@ class Cell:
         for arm in self.arms:
             if arm.grasps is not None and len(arm.grasps) != len(self.task.starts):
                 raise ValueError(f"{arm.name} has {len(arm.grasps)} grasps for {len(self.task.starts)} jobs")
+            if arm.freedom is not None and len(arm.freedom) != len(self.task):
+                raise ValueError(f"{arm.name} has freedoms of {len(arm.freedom)} poses for {len(self.task)}")
 
     @property
     def coupled(self) -> bool:
         """True if anything but the arms' own task and region decides where they may stand."""
         return bool(self.couplings) or self.surroundings.floor is not None or self.surroundings.clearances.any
 
-    def grasps(self, arm: Arm) -> Floats:
-        """(m, 4, 4) TCP of ``arm`` in the object frame at every pose."""
+    def freedom(self, arm: Arm) -> PoseFreedom:
+        """What the poses ask of ``arm``, and what they leave open."""
+        return _freedom_of(self, arm)
+
+    def held(self, arm: Arm) -> Floats:
+        """(m, 4, 4) TCP of ``arm`` in the object frame at every pose, without any displacement."""
         if arm.grasps is not None:
             grasps: Floats = arm.grasps[self.task.segment_of]
             return grasps
         return np.broadcast_to(arm.grasp, self.task.poses.shape)
 
-    def flange_targets(self, arm: Arm) -> Floats:
-        """(m, 4, 4) poses in the world that the flange of ``arm`` has to take: T_W^C T_C^H (T_flange^tcp)^-1."""
-        targets: Floats = self.task.poses @ self.grasps(arm) @ inverse(arm.tool)
-        return targets
+    def grasps(self, arm: Arm, values: Floats | None = None) -> Floats:
+        """(m, 4, 4) TCP of ``arm`` in the object frame at every pose; ``values`` as for `flange_targets`."""
+        if arm.freedom is None:
+            return self.held(arm)
+        grasps: Floats = inverse(self.task.poses) @ self.flange_targets(arm, values) @ arm.tool
+        return grasps
+
+    def flange_targets(self, arm: Arm, values: Floats | None = None) -> Floats:
+        """(m, 4, 4) poses in the world that the flange of ``arm`` has to take: T_W^C T_C^H (T_flange^tcp)^-1.
+
+        ``values`` (m, k) m and rad are of the parameters that `freedom` leaves open, nominal without any.
+        """
+        if arm.freedom is None:
+            targets: Floats = self.task.poses @ self.held(arm) @ inverse(arm.tool)
+            return targets
+        return self.freedom(arm).targets(values)
 
     def alone(self, segment: int) -> Cell:
         """The same cell with one segment of the task only."""
-        return replace(self, task=self.task.alone(segment), arms=tuple(arm.in_segment(segment) for arm in self.arms))
+        rows = np.arange(*self.task.segments[segment].indices(len(self.task)))
+        arms = tuple(_with_rows(arm.in_segment(segment), rows) for arm in self.arms)
+        return replace(self, task=self.task.alone(segment), arms=arms)
 
     def part(self, first: int, last: int) -> Cell:
         """The same cell with the poses from ``first`` to ``last`` only, both included; a single one is held for two."""
         segments = slice(int(self.task.segment_of[first]), int(self.task.segment_of[last]) + 1)
         arms = (arm if arm.grasps is None else replace(arm, grasps=arm.grasps[segments]) for arm in self.arms)
-        return replace(self, task=self.task.part(first, last), arms=tuple(arms))
+        rows = np.arange(first, last + 1) if first < last else np.array([first, first])
+        return replace(self, task=self.task.part(first, last), arms=tuple(_with_rows(arm, rows) for arm in arms))
+
+
+@lru_cache(maxsize=32)
+def _freedom_of(cell: Cell, arm: Arm) -> PoseFreedom:
+    return pose_freedom(cell.task.poses, cell.held(arm), arm.tool, arm.freedom)
+
+
+def _with_rows(arm: Arm, rows: Ints) -> Arm:
+    """The arm for some of the poses."""
+    return arm if arm.freedom is None else replace(arm, freedom=arm.freedom.rows(rows))

@@ -11,6 +11,7 @@ import numpy as np
 from duocell.models.base.arrays import Floats, set_frozen
 from duocell.models.base.pose import rotation_z, transform
 from duocell.models.base.weights import check_weights
+from duocell.models.robot.freedom import Freedom
 from duocell.models.robot.linear_limits import LinearLimits
 from duocell.models.robot.posture import Posture
 from duocell.models.robot.robot import Robot
@@ -107,6 +108,7 @@ class Arm:
         mount: (3, 3) base orientation in the world at yaw 0; the yaw turns about the base's own z axis.
         avoid_singularities: refuse poses at which the wrist is within `SINGULAR_WRIST` of its singularity.
         linear_limits: limits between the joints, or None without any.
+        freedom: what the poses of the task leave open, or None: all six coordinates are given.
 
     Raises:
         InvalidInput: a weight that is out of range (`duocell.models.base.weights`).
@@ -127,6 +129,7 @@ class Arm:
     grasps: Floats | None = None
     avoid_singularities: bool = True
     linear_limits: LinearLimits | None = None
+    freedom: Freedom | None = None
 
     def __post_init__(self) -> None:
         n = self.robot.dof

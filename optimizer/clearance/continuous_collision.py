@@ -16,12 +16,11 @@ import numpy as np
 
 from duocell.models.base.arrays import Bools, Floats, Ints
 from duocell.models.base.kept import KEPT
-from duocell.models.base.pose import inverse
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.surroundings import Clearances
 from duocell.models.collision.collision import CollisionModel, Configurations
 from duocell.optimizer.clearance.motion import Motion
-from duocell.optimizer.clearance.path_samples import ObjectPath, follow
+from duocell.optimizer.clearance.path_samples import ObjectPath, flanges_at, follow
 
 SAFETY = 1.1
 """On the parabola's bound of the joints' way."""
@@ -113,7 +112,7 @@ class ContinuousCollisionCheck:
         objects = self.path.at(step, fraction)
         followed, good = [], np.ones(len(step), dtype=np.bool_)
         for arm, base, q in zip(self.cell.arms, self.bases, self.joints, strict=True):
-            flanges = objects @ self.cell.grasps(arm)[step] @ inverse(arm.tool)
+            flanges = flanges_at(self.cell, arm, objects, step, fraction)
             found, arrived = follow(arm.robot, base, flanges, q[self.left], q[self.right])
             followed.append(found)
             lost = good & ~arrived

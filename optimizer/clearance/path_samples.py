@@ -10,6 +10,7 @@ import numpy as np
 
 from duocell.models.base.arrays import Bools, Floats, Ints
 from duocell.models.base.pose import inverse, rotation_vector, transform
+from duocell.models.cell.cell import Cell
 from duocell.models.kinematics.batch_kinematics import forward_and_jacobian, pose_error
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.robot.arm import Arm
@@ -53,6 +54,24 @@ def _exponentials(vectors: Floats) -> Floats:
     sine, versine = np.sin(angles)[:, None, None], 2.0 * np.sin(0.5 * angles)[:, None, None] ** 2
     rotations: Floats = np.eye(3) + sine * cross + versine * (cross @ cross)
     return rotations
+
+
+def flanges_at(
+    cell: Cell, arm: Arm, objects: Floats, steps: Ints, fractions: Floats, free: Floats | None = None
+) -> Floats:
+    """(K, 4, 4) flange poses of an arm in the world between two poses.
+
+    Where the hand is displaced on the part from pose to pose, it moves there straight and turns the shortest way.
+
+    Args:
+        cell: task. arm: the arm. objects: (K, 4, 4) object frames in the world, there.
+        steps: (K,) the pose before. fractions: (K,) of the way to the next.
+        free: (m, k) parameters that the poses leave open, see `Cell.flange_targets`.
+    """
+    exact = arm.freedom is None
+    grasps = cell.held(arm)[steps] if exact else ObjectPath(cell.grasps(arm, free)).at(steps, fractions)
+    flanges: Floats = objects @ grasps @ inverse(arm.tool)
+    return flanges
 
 
 def keep_inside(arm: Arm, base: Floats, flanges: Floats, joints: Floats) -> tuple[Floats, Bools]:

@@ -3,7 +3,7 @@
 `build_program` is pure: it states the problem and solves nothing. The symbolic part depends on the robots, the number
 of poses and the kinds of rows alone, so it is compiled once and shared; a `Program` adds the numbers of one request.
 
-Unknowns, arm after arm: base (x, y, z, yaw), then the joints pose by pose.
+Unknowns, arm after arm: base (x, y, z, yaw), then pose by pose the joints and the parameters that the task leaves open.
 Rows, arm after arm: pose rows of every pose (`pose_rows`), then, where asked for, joint steps and conditioning cuts,
 and last the linear limits of arms that have such.
 Steps from one segment of a task sequence to the next have rows without bounds.
@@ -18,12 +18,14 @@ import numpy as np
 
 from duocell.models.base.arrays import Floats
 from duocell.models.cell.cell import Cell
+from duocell.models.cell.pose_freedom import PoseFreedom
 from duocell.models.cell.singular_margins import SPARE, Margins, margins_along, margins_at_poses
 from duocell.models.kinematics.branches import path_signs
 from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.kinematics.nominal import posture_form, singular_fifth
 from duocell.models.robot.arm import Arm
-from duocell.optimizer.nlp.pose_rows import BASE, target_numbers
+from duocell.models.robot.freedom import NAMES
+from duocell.optimizer.nlp.pose_rows import BASE, freedom_numbers
 from duocell.optimizer.nlp.structure import LinearRows, Structure, structure_of
 
 POSE_ROWS = ("x", "y", "z", "rotation about x", "rotation about y", "rotation about z")
@@ -36,12 +38,15 @@ class ArmSolution:
     Attributes:
         position: (3,) m, base origin. yaw: rad. joints: (m, n) rad.
         signs: posture (shoulder, elbow, wrist) to be kept, or None for arms without postures.
+        free: (m, k) m and rad, parameters that the poses leave open (`duocell.models.cell.pose_freedom`), or None for
+            their nominal values.
     """
 
     position: Floats
     yaw: float
     joints: Floats
     signs: tuple[int, int, int] | None = None
+    free: Floats | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -82,30 +87,36 @@ class Program:
 
     def labels(self) -> Iterator[str]:
         """One sentence per row, in order; made on demand, a long task has many thousand."""
-        for arm in self.arms:
+        for arm, kind in zip(self.arms, self.structure.kinds, strict=True):
+            names = arm.robot.joint_names + tuple(NAMES[i] for i in kind)
             for pose in range(self.structure.poses):
                 yield from (f"{arm.name} / flange {name}, pose {pose}" for name in POSE_ROWS)
                 if self.structure.keep_shoulder:
                     yield f"{arm.name} / shoulder side, pose {pose}"
             if self.structure.steps:
                 for pose in range(1, self.structure.poses):
-                    yield from (f"{arm.name} / {joint} step to pose {pose}" for joint in arm.robot.joint_names)
+                    yield from (f"{arm.name} / {name} step to pose {pose}" for name in names)
             if self.structure.cuts:
                 yield from (f"{arm.name} / conditioning, pose {pose}" for pose in range(self.structure.poses))
-            names = arm.bounded_names[arm.dof :]
-            yield from (f"{arm.name} / {name}, pose {pose}" for pose in range(self.structure.poses) for name in names)
+            sums = arm.bounded_names[arm.dof :]
+            yield from (f"{arm.name} / {name}, pose {pose}" for pose in range(self.structure.poses) for name in sums)
 
     def pack(self, points: Sequence[ArmSolution]) -> Floats:
         """(N,) vector of unknowns from one point per arm."""
-        return np.concatenate([np.concatenate([p.position, [p.yaw], p.joints.ravel()]) for p in points])
+        parts: list[Floats] = []
+        for point, kind in zip(points, self.structure.kinds, strict=True):
+            parts += [point.position, np.array([point.yaw]), _with_free(point, len(kind)).ravel()]
+        return np.concatenate(parts)
 
     def unpack(self, unknowns: Floats, points: Sequence[ArmSolution]) -> list[ArmSolution]:
         """Points per arm of a vector of unknowns; postures are those of ``points``."""
         result, at = [], 0
-        for arm, point in zip(self.arms, points, strict=True):
-            size = self.structure.poses * arm.dof
-            base, joints = unknowns[at : at + BASE], unknowns[at + BASE : at + BASE + size]
-            result.append(ArmSolution(base[:3], float(base[3]), joints.reshape(-1, arm.dof), point.signs))
+        for index, (arm, point) in enumerate(zip(self.arms, points, strict=True)):
+            each = self.structure.of_a_pose(index)
+            size = self.structure.poses * each
+            base, poses = unknowns[at : at + BASE], unknowns[at + BASE : at + BASE + size].reshape(-1, each)
+            free = poses[:, arm.dof :] if each > arm.dof else None
+            result.append(ArmSolution(base[:3], float(base[3]), poses[:, : arm.dof], point.signs, free))
             at += BASE + size
         return result
 
@@ -137,20 +148,27 @@ def build_program(
     poses = len(cell.task)
     mounts = tuple(tuple(float(x) for x in arm.mount.ravel()) for arm in arms)
     robots, linear = tuple(arm.robot for arm in arms), tuple(_linear_rows(arm) for arm in arms)
-    structure = structure_of(robots, mounts, poses, keep_shoulder, steps, cuts is not None, linear)
+    freedoms = [cell.freedom(arm) for arm in arms]
+    kinds = tuple(freedom.kind for freedom in freedoms)
+    structure = structure_of(robots, mounts, poses, keep_shoulder, steps, cuts is not None, linear, kinds)
     scale = float(np.mean([arm.weight_scale for arm in arms])) * cell.task.weight_scale
-    parts = [_arm_numbers(cell, arm, point, structure, scale, clear) for arm, point in zip(arms, points, strict=True)]
+    parts = [
+        _arm_numbers(cell, arm, freedom, point, structure, scale, clear)
+        for arm, freedom, point in zip(arms, freedoms, points, strict=True)
+    ]
     numbers = [part.parameters for part in parts]
     rows_lower, rows_upper = [], []
     for index, part in enumerate(parts):
         rows_lower.append(part.rows_lower)
         rows_upper.append(part.rows_upper)
         if steps:
-            most = np.repeat(np.where(cell.task.joined, cell.max_joint_step, np.inf), arms[index].dof)
+            allowed = np.append(np.full(arms[index].dof, cell.max_joint_step), freedoms[index].steps)
+            most = np.where(cell.task.joined[:, None], allowed, np.inf).ravel()
             rows_lower.append(-most)
             rows_upper.append(most)
         if cuts is not None:
-            numbers[index] = np.concatenate([numbers[index], cuts[index].gradients.ravel()])
+            slopes = np.pad(cuts[index].gradients, ((0, 0), (0, freedoms[index].count)))
+            numbers[index] = np.concatenate([numbers[index], slopes.ravel()])
             rows_lower.append(cuts[index].bounds)
             rows_upper.append(np.full(poses, np.inf))
         rows_lower.append(np.tile(arms[index].bounded_lower[arms[index].dof :], poses))
@@ -168,6 +186,15 @@ def build_program(
     )
 
 
+def _with_free(point: ArmSolution, count: int) -> Floats:
+    """(m, n + k) the unknowns of the poses."""
+    if count == 0:
+        return point.joints
+    if point.free is None:
+        raise ValueError("a start of poses with parameters that are open, without values for these")
+    return np.concatenate([point.joints, point.free], axis=1)
+
+
 def _linear_rows(arm: Arm) -> LinearRows:
     """Coefficients of an arm's linear limits."""
     return () if arm.linear_limits is None else tuple(map(tuple, arm.linear_limits.matrix.tolist()))
@@ -183,7 +210,7 @@ class _ArmNumbers:
 
 
 def _arm_numbers(
-    cell: Cell, arm: Arm, point: ArmSolution, structure: Structure, scale: float, clear: bool
+    cell: Cell, arm: Arm, freedom: PoseFreedom, point: ArmSolution, structure: Structure, scale: float, clear: bool
 ) -> _ArmNumbers:
     """Parameters, bounds and row bounds of one arm."""
     poses = structure.poses
@@ -191,20 +218,29 @@ def _arm_numbers(
     margins = margins_along(arm, SPARE) if clear else margins_at_poses(arm)
     sides = [joint_bounds(arm, replace(point, joints=point.joints[segment]), margins) for segment in segments]
     lengths = [segment.stop - segment.start for segment in segments]
-    low, high = (np.repeat([side[end] for side in sides], lengths, axis=0).ravel() for end in (0, 1))
+    low, high = (np.repeat([side[end] for side in sides], lengths, axis=0) for end in (0, 1))
+    low, high = np.concatenate([low, freedom.lower], axis=1), np.concatenate([high, freedom.upper], axis=1)
+    costless = np.zeros(freedom.count)
     base = arm.base.bounds.copy()
     if arm.base.yaw_free:
         base[3] = -np.inf, np.inf  # the reported yaw is brought back into the interval afterwards
     rows_low, rows_high = np.zeros((poses, structure.pose_rows)), np.zeros((poses, structure.pose_rows))
     if structure.keep_shoulder and point.signs is not None:
-        rows_low[:, 6] = margins.shoulder if point.signs[0] > 0 else -np.inf
-        rows_high[:, 6] = np.inf if point.signs[0] > 0 else -margins.shoulder
+        rows_low[:, -1] = margins.shoulder if point.signs[0] > 0 else -np.inf
+        rows_high[:, -1] = np.inf if point.signs[0] > 0 else -margins.shoulder
     return _ArmNumbers(
         parameters=np.concatenate(
-            [target_numbers(cell.flange_targets(arm)).T.ravel(), arm.weights / scale, arm.reference, cell.task.weights]
+            [
+                freedom_numbers(freedom).T.ravel(),
+                arm.weights / scale,
+                costless,
+                arm.reference,
+                costless,
+                cell.task.weights,
+            ]
         ),
-        lower=np.concatenate([base[:, 0], low]),
-        upper=np.concatenate([base[:, 1], high]),
+        lower=np.concatenate([base[:, 0], low.ravel()]),
+        upper=np.concatenate([base[:, 1], high.ravel()]),
         rows_lower=rows_low.ravel(),
         rows_upper=rows_high.ravel(),
     )

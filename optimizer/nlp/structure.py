@@ -14,8 +14,9 @@ import casadi as ca
 import numpy as np
 
 from duocell.models.base.arrays import Floats
+from duocell.models.cell.pose_freedom import EQUATIONS
 from duocell.models.robot.robot import Robot
-from duocell.optimizer.nlp.pose_rows import BASE, TARGET, Mount, PoseRows, hessian_pattern, pose_rows
+from duocell.optimizer.nlp.pose_rows import BASE, Kind, Mount, PoseRows, hessian_pattern, pose_rows, target_size
 
 LinearRows = tuple[tuple[float, ...], ...]
 """Coefficients of an arm's linear limits, row by row."""
@@ -28,6 +29,7 @@ class Structure:
     Attributes:
         robots: of the arms. poses: m. keep_shoulder, steps, cuts: which optional rows there are.
         linear: per arm, the coefficients of its linear limits.
+        kinds: per arm, the parameters of its poses that are open.
         unknowns: (N,) MX. parameters: (p,) MX. objective: MX. rows: (M,) MX.
         gradient, jacobian, hessian: functions as `casadi.nlpsol` takes them for ``grad_f``, ``jac_g``, ``hess_lag``.
     """
@@ -38,6 +40,7 @@ class Structure:
     steps: bool
     cuts: bool
     linear: tuple[LinearRows, ...]
+    kinds: tuple[Kind, ...]
     unknowns: ca.MX
     parameters: ca.MX
     objective: ca.MX
@@ -49,7 +52,11 @@ class Structure:
     @property
     def pose_rows(self) -> int:
         """Rows per pose."""
-        return 7 if self.keep_shoulder else 6
+        return EQUATIONS + self.keep_shoulder
+
+    def of_a_pose(self, arm: int) -> int:
+        """Unknowns per pose of an arm: its joints, and the parameters that are open."""
+        return self.robots[arm].dof + len(self.kinds[arm])
 
 
 @lru_cache(maxsize=32)
@@ -61,12 +68,16 @@ def structure_of(
     steps: bool,
     cuts: bool,
     linear: tuple[LinearRows, ...] = (),
+    kinds: tuple[Kind, ...] = (),
 ) -> Structure:
-    """Compile the program of some mounted robots for a number of poses (cached); without ``linear`` none has rows."""
-    linear = linear or ((),) * len(robots)
+    """Compile the program of some mounted robots for a number of poses (cached).
+
+    Without ``linear`` none has such rows, without ``kinds`` nothing of a pose is open.
+    """
+    linear, kinds = linear or ((),) * len(robots), kinds or ((),) * len(robots)
     parts = [
-        _ArmPart(robot, mount, poses, keep_shoulder, steps, cuts, rows)
-        for robot, mount, rows in zip(robots, mounts, linear, strict=True)
+        _ArmPart(robot, mount, poses, keep_shoulder, steps, cuts, rows, kind)
+        for robot, mount, rows, kind in zip(robots, mounts, linear, kinds, strict=True)
     ]
     unknowns = ca.MX.sym("unknowns", sum(part.unknowns for part in parts))
     parameters = ca.MX.sym("parameters", sum(part.parameters for part in parts))
@@ -98,6 +109,7 @@ def structure_of(
         steps=steps,
         cuts=cuts,
         linear=linear,
+        kinds=kinds,
         unknowns=unknowns,
         parameters=parameters,
         objective=objective,
@@ -115,7 +127,10 @@ def structure_of(
 
 
 class _ArmPart:
-    """Symbols of one arm: its share of objective, rows and derivatives."""
+    """Symbols of one arm: its share of objective, rows and derivatives.
+
+    Its ``n`` unknowns of a pose are the joints and, after them, the parameters that are open.
+    """
 
     objective: ca.MX
     gradient: ca.MX
@@ -132,21 +147,23 @@ class _ArmPart:
         steps: bool,
         cuts: bool,
         linear: LinearRows,
+        kind: Kind,
     ) -> None:
-        self.poses, self.n = poses, robot.dof
-        self.compiled: PoseRows = pose_rows(robot, keep_shoulder, mount)
+        self.poses, self.n, self.target = poses, robot.dof + len(kind), target_size(kind)
+        self.compiled: PoseRows = pose_rows(robot, keep_shoulder, mount, kind)
         self.with_steps, self.with_cuts = steps, cuts
-        self.linear = np.array(linear, dtype=np.float64).reshape(-1, self.n)
+        of_joints = np.array(linear, dtype=np.float64).reshape(-1, robot.dof)
+        self.linear = np.pad(of_joints, ((0, 0), (0, len(kind))))
         self.unknowns = BASE + poses * self.n
-        self.parameters = (TARGET + 1) * poses + 2 * self.n + (poses * self.n if cuts else 0)
+        self.parameters = (self.target + 1) * poses + 2 * self.n + (poses * self.n if cuts else 0)
         self.rows = self.compiled.size * poses + (self.n * (poses - 1) if steps else 0) + (poses if cuts else 0)
         self.rows += len(self.linear) * poses
 
     def state(self, x: ca.MX, p: ca.MX, lam: ca.MX, lam_objective: ca.MX) -> None:
         """Fill the symbolic results for unknowns, parameters and multipliers of this arm."""
         m, n, size = self.poses, self.n, self.compiled.size
-        targets = ca.reshape(p[: TARGET * m], TARGET, m)
-        at = TARGET * m + np.array([0, n, 2 * n, 2 * n + m])
+        targets = ca.reshape(p[: self.target * m], self.target, m)
+        at = self.target * m + np.array([0, n, 2 * n, 2 * n + m])
         weights, reference, counts = (p[int(a) : int(b)] for a, b in pairwise(at))  # (n,), (n,), (m,)
         weights = weights @ counts.T  # (n, m)
         joints = ca.reshape(x[BASE:], n, m)

@@ -181,6 +181,8 @@ class Paths:
 def reduced_problem(cell: Cell, arm: Arm, apart: Difference = SAME) -> ReducedProblem | None:
     """The reduced problem of one arm, or None if the arm has no closed form or no vertical first axis.
 
+    It is that of poses that are given: parameters that they leave open have their nominal values.
+
     Args:
         cell: task. arm: the arm.
         apart: see `ReducedProblem`.

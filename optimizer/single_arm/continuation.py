@@ -18,6 +18,7 @@ from duocell.models.base.arrays import Bools, Floats
 from duocell.models.base.pose import inverse
 from duocell.models.base.sampling import even_points
 from duocell.models.cell.cell import Cell
+from duocell.models.cell.pose_freedom import EQUATIONS
 from duocell.models.kinematics.batch_kinematics import forward_and_jacobian, pose_error
 from duocell.models.kinematics.chain import Chain, chain_of
 from duocell.models.robot.arm import Arm
@@ -127,7 +128,7 @@ def _reach_anew(chain: Chain, arm: Arm, targets: Floats, tries: list[Floats]) ->
 
 def _reach(chain: Chain, arm: Arm, targets: Floats, q: Floats, iterations: int) -> tuple[Floats, Bools]:
     """Damped Newton steps to ``targets`` (K, 4, 4) from ``q`` (K, n); which of them arrived."""
-    redundant = arm.dof > 6
+    redundant = arm.dof > EQUATIONS
     identity = np.eye(arm.dof)
     for _ in range(iterations):
         rotations, positions, jacobians = forward_and_jacobian(chain, q)

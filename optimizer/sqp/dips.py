@@ -13,9 +13,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from duocell.models.base.arrays import Floats
-from duocell.models.base.pose import inverse
 from duocell.models.cell.singular_margins import spare_terms
 from duocell.models.kinematics.closed_form import closed_form
+from duocell.optimizer.clearance.path_samples import flanges_at
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.sqp.on_task import REACHED, brought_onto
 from duocell.optimizer.verification.scene import Scene
@@ -71,8 +71,8 @@ def _bottom(
 def _spare(scene: Scene, index: int, point: ArmSolution, step: int, fractions: Floats) -> Floats:
     """(K,) the least spare term at fractions (K,) of a step; below zero where a margin is missed or the way is."""
     arm = scene.cell.arms[index]
-    objects = scene.path.at(np.full(len(fractions), step), fractions)
-    flanges = objects @ scene.cell.grasps(arm)[step] @ inverse(arm.tool)
+    steps = np.full(len(fractions), step)
+    flanges = flanges_at(scene.cell, arm, scene.path.at(steps, fractions), steps, fractions, point.free)
     share = fractions[:, None]
     near = (1.0 - share) * point.joints[step] + share * point.joints[step + 1]
     base = arm.base_in_world(point.position, point.yaw)

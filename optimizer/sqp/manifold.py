@@ -13,6 +13,7 @@ import numpy as np
 
 from duocell.models.base.arrays import Floats, Ints
 from duocell.models.cell.cell import Cell
+from duocell.models.cell.pose_freedom import EQUATIONS
 from duocell.models.kinematics.batch_kinematics import forward_and_jacobian
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.robot.arm import Arm
@@ -20,9 +21,6 @@ from duocell.optimizer.nlp.pose_rows import BASE
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.sqp.on_task import REACHED, brought_onto
 from duocell.optimizer.sqp.sensitivity import joints_by_base
-
-TASK = 6
-"""Coordinates that a pose takes from an arm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +38,7 @@ class Unknowns:
     @staticmethod
     def of(cell: Cell) -> Unknowns:
         """The unknowns of a cell."""
-        spare = tuple(arm.dof - TASK for arm in cell.arms)
+        spare = tuple(cell.freedom(arm).spare(arm.dof) for arm in cell.arms)
         first, count = [], BASE * len(cell.arms)
         for size in spare:
             first.append(count)
@@ -75,12 +73,12 @@ class Directions:
 def directions(arm: Arm, rotation: Floats, joints: Floats) -> Directions:
     """Directions at joint values (K, n) rad; ``rotation`` (3, 3) or (K, 3, 3) are the base's axes in the world."""
     by_base = joints_by_base(arm.robot, rotation, joints)
-    spare = arm.dof - TASK
+    spare = arm.dof - EQUATIONS
     if spare == 0:
         return Directions(by_base, np.zeros((*joints.shape, 0)))
     _, _, jacobians = forward_and_jacobian(chain_of(arm.robot), joints)
     _, _, rows = np.linalg.svd(jacobians)
-    return Directions(by_base, rows[:, TASK:].swapaxes(1, 2))
+    return Directions(by_base, rows[:, EQUATIONS:].swapaxes(1, 2))
 
 
 def move(
@@ -101,7 +99,8 @@ def move(
             q = q + np.einsum("mnd,md->mn", ways.by_nullspace, step[first : first + spare * len(q)].reshape(-1, spare))
         position, yaw = point.position + base[:3], point.yaw + float(base[3])
         base_there = arm.base_in_world(position, yaw)
-        found, missing = brought_onto(arm, point.signs, base_there, cell.flange_targets(arm), point.joints, q)
+        targets = cell.flange_targets(arm, point.free)
+        found, missing = brought_onto(arm, point.signs, base_there, targets, point.joints, q)
         most = max(most, float(np.max(missing)))
-        moved.append(ArmSolution(position, yaw, found, point.signs))
+        moved.append(ArmSolution(position, yaw, found, point.signs, point.free))
     return tuple(moved), most if most >= REACHED else 0.0

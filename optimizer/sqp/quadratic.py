@@ -76,7 +76,7 @@ def _slopes(ways: Directions) -> Floats:
 
 def _differences(cell: Cell, arm: Arm, point: ArmSolution, ways: Directions) -> Floats | None:
     """(4, 4) central differences of the gradient by the base; None where the arm cannot follow."""
-    targets, m = cell.flange_targets(arm), len(cell.task)
+    targets, m = cell.flange_targets(arm, point.free), len(cell.task)
     shifts = np.repeat(STEP * np.eye(BASE), 2, axis=0) * np.tile([1.0, -1.0], BASE)[:, None]
     places = np.array([*point.position, point.yaw]) + shifts
     bases = np.repeat(arm.base_in_world(places[:, :3], places[:, 3]), m, axis=0)

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from duocell.models.base.arrays import Floats, Ints
-from duocell.models.base.pose import inverse
 from duocell.models.cell.cell import Cell
-from duocell.optimizer.clearance.path_samples import ObjectPath
+from duocell.optimizer.clearance.path_samples import ObjectPath, flanges_at
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.sqp.on_task import REACHED, brought_onto
 
@@ -76,7 +75,7 @@ def sample_path(
         q = np.empty((len(step), arm.dof))
         q[at_pose] = point.joints[pose[at_pose]]
         if len(inner):
-            flanges = objects[inner] @ cell.grasps(arm)[step[inner]] @ inverse(arm.tool)
+            flanges = flanges_at(cell, arm, objects[inner], step[inner], fraction[inner], point.free)
             before, after = point.joints[step[inner]], point.joints[step[inner] + 1]
             share = fraction[inner, None]
             near = (1.0 - share) * before + share * after

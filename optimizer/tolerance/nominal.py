@@ -8,11 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from duocell.models.base.arrays import Floats, Ints
-from duocell.models.base.pose import inverse
 from duocell.models.cell.cell import Cell
 from duocell.models.kinematics.branches import path_signs
 from duocell.models.kinematics.closed_form import closed_form
-from duocell.optimizer.clearance.path_samples import follow
+from duocell.optimizer.clearance.path_samples import flanges_at, follow
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.results.findings import Clearance
 from duocell.optimizer.results.placement import Placement
@@ -79,7 +78,8 @@ class Nominal:
         objects = np.concatenate([cell.task.poses, scene.path.at(step[m:], fraction[m:])])
         flanges, joints, good = [], [], np.ones(len(step), dtype=np.bool_)
         for arm, base, point in zip(cell.arms, bases, points, strict=True):
-            flanges.append(objects @ cell.grasps(arm)[step] @ inverse(arm.tool))
+            on_the_way = flanges_at(cell, arm, objects[m:], step[m:], fraction[m:])
+            flanges.append(np.concatenate([cell.flange_targets(arm), on_the_way]))
             share = fraction[m:, None]
             near = (1.0 - share) * point.joints[step[m:]] + share * point.joints[np.minimum(step[m:] + 1, m - 1)]
             found, arrived = follow(arm.robot, base, flanges[-1][m:], near, near)

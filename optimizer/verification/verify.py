@@ -76,7 +76,7 @@ def check(cell: Cell, arm: Arm, point: ArmSolution) -> ArmCheck:
     """
     base_in_world = arm.base_in_world(point.position, point.yaw)
     reached = base_in_world @ flange_poses(arm.robot, point.joints) @ arm.tool
-    wanted = cell.task.poses @ cell.grasps(arm)
+    wanted = cell.task.poses @ cell.grasps(arm, point.free)
     turned = np.swapaxes(wanted[:, :3, :3], 1, 2) @ reached[:, :3, :3]
     joints = np.max(arm.limit_excess(point.joints))
     region = arm.base.bounds

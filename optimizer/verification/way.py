@@ -27,6 +27,7 @@ import numpy as np
 from duocell.models.base.arrays import Bools, Floats, Ints
 from duocell.models.base.pose import inverse
 from duocell.models.cell.cell import Cell
+from duocell.models.cell.pose_freedom import EQUATIONS
 from duocell.models.cell.singular_margins import keeps_margins, spare_terms, violations_at_poses
 from duocell.models.cell.task import Task
 from duocell.models.kinematics.branches import solve_signed
@@ -37,7 +38,7 @@ from duocell.models.robot.arm import SINGULAR_WRIST, TURN, Arm
 from duocell.optimizer.clearance.clearance import Break, LimitExcess
 from duocell.optimizer.clearance.continuous_collision import LIMITS as EXACT
 from duocell.optimizer.clearance.continuous_collision import SAFETY, Resolution
-from duocell.optimizer.clearance.path_samples import STRAY, ObjectPath, follow, keep_inside
+from duocell.optimizer.clearance.path_samples import STRAY, ObjectPath, flanges_at, follow, keep_inside
 from duocell.optimizer.nlp.program import ArmSolution
 
 LIMITS = 1e-6
@@ -137,7 +138,6 @@ def follow_way(cell: Cell, arm: Arm, point: ArmSolution, resolution: Resolution 
     """
     resolution = resolution or Resolution(most_samples=MOST)
     path, watched = _object_path(cell.task), keeps_margins(arm)
-    grasps, tool = cell.grasps(arm), inverse(arm.tool)
     follower = _follower(arm, point)
     joints, joined = point.joints, cell.task.joined
     touching, relief = _at_poses(arm, cell.task, joints)
@@ -153,7 +153,8 @@ def follow_way(cell: Cell, arm: Arm, point: ArmSolution, resolution: Resolution 
     for level in range(LEVELS + 1):
         if not len(open_) or samples + len(open_) > resolution.most_samples:
             break
-        found, arrived = follower(path.at(open_.step, open_.middle) @ grasps[open_.step] @ tool, open_)
+        objects = path.at(open_.step, open_.middle)
+        found, arrived = follower(flanges_at(cell, arm, objects, open_.step, open_.middle, point.free), open_)
         samples += len(open_)
         sag, far = _travel(open_, found)
         if level == LEVELS:
@@ -199,7 +200,7 @@ def _continued(arm: Arm, base: Floats, flanges: Floats, at: _Intervals) -> tuple
     """Newton's method from the middles of the chords; a redundant arm gives way to its limits."""
     joints, arrived = follow(arm.robot, base, flanges, at.before, at.after)
     beyond = np.any(arm.limit_excess(joints) > 0.0, axis=1) & arrived
-    if arm.dof > 6 and np.any(beyond):
+    if arm.dof > EQUATIONS and np.any(beyond):
         inside, good = keep_inside(arm, base, flanges[beyond], joints[beyond])
         joints[beyond] = np.where(good[:, None], inside, joints[beyond])
     return joints, arrived

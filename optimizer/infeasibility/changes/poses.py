@@ -8,10 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from duocell.models.base.arrays import Floats, Ints
-from duocell.models.base.pose import inverse
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import Task
-from duocell.optimizer.clearance.path_samples import ObjectPath, follow
+from duocell.optimizer.clearance.path_samples import ObjectPath, flanges_at, follow
 from duocell.optimizer.infeasibility.searched.trial import clean
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.results.findings import Relaxation
@@ -76,7 +75,8 @@ def _followed(cell: Cell, a: int, point: ArmSolution, cuts: Ints) -> Floats:
     """(k, n) rad, joints of an arm at the poses and those between; NaN where it does not get to."""
     arm, (step, fraction) = cell.arms[a], _places(cuts)
     base = arm.base_in_world(point.position, point.yaw)
-    flanges = ObjectPath(cell.task.poses).at(step, fraction) @ cell.grasps(arm)[step] @ inverse(arm.tool)
+    objects = ObjectPath(cell.task.poses).at(step, fraction)
+    flanges = flanges_at(cell, arm, objects, step, fraction, point.free)
     found, good = follow(arm.robot, base, flanges, point.joints[step], point.joints[step + 1])
     found[~good] = np.nan
     found[fraction == 0.0] = point.joints[step[fraction == 0.0]]

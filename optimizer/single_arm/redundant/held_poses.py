@@ -15,6 +15,7 @@ import numpy as np
 from duocell.models.base.arrays import Bools, Floats, Ints
 from duocell.models.base.pose import rotation_angle
 from duocell.models.cell.cell import Cell
+from duocell.models.cell.pose_freedom import EQUATIONS
 from duocell.models.cell.task import Task
 from duocell.optimizer.nlp.program import ArmSolution
 
@@ -48,7 +49,7 @@ def with_held_poses(cell: Cell, dof: int) -> HeldTask | None:
     """The task of a cell for an arm of so many joints, with one pose where many hold the part; None if none do."""
     task = cell.task
     turning = 0
-    if dof > 6:
+    if dof > EQUATIONS:
         turning = int(np.clip(np.ceil(np.pi / cell.max_joint_step), LEAST_TURNING, MOST_TURNING))
     new = np.ones(len(task), dtype=np.bool_)
     for first, last in _rests(task):

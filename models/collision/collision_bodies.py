@@ -265,6 +265,6 @@ def _at_the_face(arms: Sequence[Arm], surroundings: Surroundings, owner: Owner, 
         return True
     arm = arms[owner.arm]
     placement = arm.robot.joint_placements[0]
-    upright = abs(float(placement[2, :3] @ arm.robot.joint_axes[0])) > 1.0 - 1e-9
+    upright = not arm.robot.slides and abs(float(placement[2, :3] @ arm.robot.joint_axes[0])) > 1.0 - 1e-9
     placed = Body(body.name, placement @ body.pose, body.shape)
     return upright and lowest(placed) + face_depth(surroundings, arm) < DEPTH

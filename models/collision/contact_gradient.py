@@ -17,7 +17,7 @@ class ContactGradients:
     """Derivatives of the distances of C contacts.
 
     Attributes:
-        joints: per arm (C, n) m/rad.
+        joints: per arm (C, n) m/rad, m/m for a joint that shifts.
         bases: (C, A, 4) by x, y, z of each base origin in the world [m/m] and by its yaw [m/rad]; the yaw turns about
             the base's own z axis, the world's vertical for an arm on the floor.
         object: (C, 6) by the object's position in the world [m/m] and by its rotation about world axes through its
@@ -68,6 +68,8 @@ def contact_gradients(
             links = configurations.frames[places[some], start : start + arm.dof]
             axes = np.einsum("ciab,ib->cia", links[..., :3, :3], arm.robot.joint_axes)
             turned = np.sum(axes * _cross(at[:, None] - links[..., :3, 3], along[:, None]), axis=-1)
+            if arm.robot.slides:
+                turned = np.where(arm.robot.prismatic, np.sum(axes * along[:, None], axis=-1), turned)
             joints[a][some] += np.where(_moves(owners, some, arm.dof), turned, 0.0)
     for rows in joints:
         rows.setflags(write=False)

@@ -6,6 +6,8 @@ import numpy as np
 
 from duocell.models.base.arrays import Floats
 from duocell.models.kinematics.chain import Chain
+from duocell.models.kinematics.kinematics import without_units
+from duocell.models.robot.joint import moved_by
 
 
 def forward_and_jacobian(chain: Chain, q: Floats) -> tuple[Floats, Floats, Floats]:
@@ -13,33 +15,30 @@ def forward_and_jacobian(chain: Chain, q: Floats) -> tuple[Floats, Floats, Float
 
     Args:
         chain: screw axes.
-        q: (K, n) rad.
+        q: (K, n) rad or m.
 
     Returns:
         rotations (K, 3, 3), positions (K, 3) m, Jacobians (K, 6, n) of the flange origin in base axes, linear rows
         first.
     """
     count, n = q.shape
+    motions = chain.motions
     rotation = np.broadcast_to(np.eye(3), (count, 3, 3))
     origin = np.zeros((count, 3))  # where the zero position's base origin has gone
     axes, points = np.empty((n, count, 3)), np.empty((n, count, 3))
     for i in range(n):
         h, p = chain.axes[i], chain.points[i]
         axes[i], points[i] = rotation @ h, origin + rotation @ p
-        turn = _rotations(h, q[:, i])
+        if motions.prismatic[i]:
+            origin = origin + q[:, i, None] * axes[i]
+            continue
+        turn = motions.rotation(i, q[:, i])
         origin = origin + rotation @ p - (rotation @ turn) @ p
         rotation = rotation @ turn
     positions = origin + rotation @ chain.home[:3, 3]
-    linear = np.cross(axes, positions - points)
-    return rotation @ chain.home[:3, :3], positions, np.concatenate([linear, axes], axis=-1).transpose(1, 2, 0)
-
-
-def _rotations(axis: Floats, angles: Floats) -> Floats:
-    """(K, 3, 3) rotations about a fixed unit axis."""
-    cross = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
-    sin, cos = np.sin(angles)[:, None, None], np.cos(angles)[:, None, None]
-    rotations: Floats = np.eye(3) + sin * cross + (1.0 - cos) * (cross @ cross)
-    return rotations
+    linear = moved_by(motions.prismatic[:, None], axes, positions - points)
+    angular = np.where(motions.prismatic[:, None, None], 0.0, axes) if np.any(motions.prismatic) else axes
+    return rotation @ chain.home[:3, :3], positions, np.concatenate([linear, angular], axis=-1).transpose(1, 2, 0)
 
 
 def pose_error(rotations: Floats, positions: Floats, target: Floats) -> Floats:
@@ -65,8 +64,8 @@ def conditioning_of(chain: Chain, tool: Floats, q: Floats, length: float) -> Flo
     Args:
         chain: screw axes.
         tool: (4, 4) TCP in the flange frame.
-        q: (K, n) rad.
-        length: m, divides the linear rows.
+        q: (K, n) rad or m.
+        length: m, see `duocell.models.kinematics.kinematics.without_units`.
 
     Returns:
         (K,) σmin/σmax.
@@ -74,7 +73,6 @@ def conditioning_of(chain: Chain, tool: Floats, q: Floats, length: float) -> Flo
     rotations, _, jacobians = forward_and_jacobian(chain, q)
     offset = rotations @ tool[:3, 3]
     jacobians[:, :3] += np.cross(jacobians[:, 3:], offset[:, :, None], axis=1)
-    jacobians[:, :3] /= length
-    sigma = np.linalg.svd(jacobians, compute_uv=False)
+    sigma = np.linalg.svd(without_units(jacobians, chain.motions.prismatic, length), compute_uv=False)
     ratio: Floats = sigma[:, -1] / sigma[:, 0]
     return ratio

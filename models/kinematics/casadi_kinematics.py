@@ -7,13 +7,13 @@ numbers to the last digits (a test compares the two for every robot of the catal
 from __future__ import annotations
 
 import casadi as ca
-import numpy as np
 
 from duocell.models.base.arrays import Floats
 from duocell.models.kinematics.kinematics import chain, flange_placement, pinocchio_model
-from duocell.models.robot.robot import Robot
+from duocell.models.robot.joint import JointMotions
+from duocell.models.robot.robot import KinematicKey, Robot
 
-_functions: dict[tuple[bytes, bytes, bytes], ca.Function] = {}
+_functions: dict[KinematicKey, ca.Function] = {}
 _MOST_FUNCTIONS = 256
 
 _ROUNDING = 1e-15
@@ -26,7 +26,7 @@ def flange_function(robot: Robot) -> ca.Function:
     One function per geometry, shared and cached; ``map`` it over the poses of a path.
 
     Returns:
-        ``flange(q) -> (R, p)``: q (n) rad, R (3, 3), p (3) m.
+        ``flange(q) -> (R, p)``: q (n) rad or m, R (3, 3), p (3) m.
     """
     function = _functions.get(robot.kinematic_key)
     if function is None:
@@ -38,26 +38,29 @@ def flange_function(robot: Robot) -> ca.Function:
 
 
 def _build(robot: Robot) -> ca.Function:
-    """Product of placements and joint rotations over the chain, expanded to scalars."""
+    """Product of placements and joint motions over the chain, expanded to scalars."""
     model = pinocchio_model(robot)
     placements, axes = chain(model, range(1, model.njoints))
     flange = flange_placement(model)
+    motions = JointMotions(robot.prismatic, axes)
     q = ca.SX.sym("q", robot.dof)
     rotation, position = ca.SX.eye(3), ca.SX.zeros(3)
-    for index, (placement, axis) in enumerate(zip(placements, axes, strict=True)):
+    for index, placement in enumerate(placements):
         position = position + rotation @ placement[:3, 3]
-        rotation = rotation @ _constant(placement[:3, :3]) @ _rotation(axis, q[index])
+        rotation = rotation @ _constant(placement[:3, :3])
+        if robot.prismatic[index]:
+            position = position + q[index] * (rotation @ axes[index])
+        else:
+            rotation = rotation @ _turn(motions, index, q[index])
     position = position + rotation @ flange[:3, 3]
     rotation = rotation @ _constant(flange[:3, :3])
     return ca.Function("flange", [q], [ca.densify(rotation), ca.densify(position)], ["q"], ["R", "p"])
 
 
-def _rotation(axis: Floats, angle: ca.SX) -> ca.SX:
-    """Rodrigues: ``cos I + sin [a]× + (1 - cos) a aᵀ``."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    cosine, sine = ca.cos(angle), ca.sin(angle)
-    return cosine * ca.SX.eye(3) + sine * _constant(cross) + (1 - cosine) * _constant(np.outer(axis, axis))
+def _turn(motions: JointMotions, joint: int, angle: ca.SX) -> ca.SX:
+    """The turn of one joint."""
+    turn: ca.SX = motions.symbolic_rotation(joint, ca.cos(angle), ca.sin(angle), _constant)
+    return turn
 
 
 def _constant(matrix: Floats) -> ca.SX:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
-from duocell.models.base.arrays import Floats, set_frozen
+from duocell.models.base.arrays import Bools, Floats, set_frozen
+from duocell.models.robot.joint import JointMotions
 from duocell.models.robot.robot import Robot
 
 PARALLEL = 1e-7
@@ -26,23 +27,33 @@ class Chain:
         axes: (n, 3) unit directions h_i.
         points: (n, 3) m, a point on each axis (the joint's own origin).
         home: (4, 4) flange at q = 0.
+        prismatic: (n,) True for joints that shift; None: none does.
     """
 
     axes: Floats
     points: Floats
     home: Floats
+    prismatic: Bools | None = None
 
     def __post_init__(self) -> None:
         set_frozen(self, "axes", self.axes, (None, 3))
         set_frozen(self, "points", self.points, (None, 3))
         set_frozen(self, "home", self.home, (4, 4))
 
+    @cached_property
+    def motions(self) -> JointMotions:
+        """What the joints do, in base axes."""
+        none = np.zeros(len(self.axes), dtype=np.bool_)
+        return JointMotions(none if self.prismatic is None else self.prismatic, self.axes)
+
     @property
     def vertical_sign(self) -> int:
-        """σ: +1 or -1 if joint 1 turns about the base's z axis up or down, 0 if its axis is another line.
+        """σ: +1 or -1 if joint 1 turns about the base's z axis up or down, 0 if its axis is another line, or it shifts.
 
         Where it is not 0, a base yaw only shifts joint 1: ``q1 = q1(yaw = 0) - σ · yaw``.
         """
+        if self.motions.prismatic[0]:
+            return 0
         off_axis = np.hypot(*self.points[0, :2]) > ON_AXIS or np.hypot(*self.axes[0, :2]) > PARALLEL
         return 0 if off_axis else int(np.sign(self.axes[0, 2]))
 
@@ -56,7 +67,7 @@ def chain_of(robot: Robot) -> Chain:
         frame = frame @ placement
         axes.append(frame[:3, :3] @ axis)
         points.append(frame[:3, 3])
-    return Chain(np.array(axes), np.array(points), frame @ robot.flange_placement)
+    return Chain(np.array(axes), np.array(points), frame @ robot.flange_placement, robot.prismatic)
 
 
 def parallel(first: Floats, second: Floats) -> bool:

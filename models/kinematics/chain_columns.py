@@ -15,6 +15,7 @@ import numpy as np
 
 from duocell.models.base.arrays import Floats
 from duocell.models.kinematics.chain import Chain, chain_of
+from duocell.models.robot.joint import move_columns
 from duocell.models.robot.robot import Robot
 
 NOTHING = 1e-12
@@ -24,20 +25,21 @@ NOTHING = 1e-12
 class ColumnChain:
     """A chain with a frame on every joint axis, the axis as its z.
 
-    Frame i turns by q_i about its z; ``turns[i]`` (3, 3) and ``offsets[i]`` (3,) [m] lead from there to the next frame
-    (after the last joint: to the flange).
+    Frame i turns by q_i about its z, or shifts along it; ``turns[i]`` (3, 3) and ``offsets[i]`` (3,) [m] lead from
+    there to the next frame (after the last joint: to the flange).
     """
 
     def __init__(self, chain: Chain) -> None:
         frames = [_frame(axis) for axis in chain.axes] + [chain.home[:3, :3]]
         points = [*chain.points, chain.home[:3, 3]]
         self.dof = len(chain.axes)
+        self.prismatic = [bool(shifts) for shifts in chain.motions.prismatic]
         self.first, self.origin = frames[0], points[0]
         self.turns = [np.ascontiguousarray((a.T @ b).T) for a, b in pairwise(frames)]
         self.offsets = [a.T @ (q - p) for a, p, q in zip(frames, points, points[1:], strict=False)]
 
     def forward(self, q: Floats) -> tuple[Floats, Floats]:
-        """Flange of postures (n, N) [rad]: columns of its rotation (3 columns, 3, N), position (3, N) [m]."""
+        """Flange of postures (n, N) [rad or m]: columns of its rotation (3 columns, 3, N), position (3, N) [m]."""
         columns, position = self._start(q.shape[1])
         for i in range(self.dof):
             columns, position = self._pass(i, q[i], columns, position)
@@ -57,6 +59,9 @@ class ColumnChain:
         jacobian[:, 0] = axis[:, 1] * lever[:, 2] - axis[:, 2] * lever[:, 1]
         jacobian[:, 1] = axis[:, 2] * lever[:, 0] - axis[:, 0] * lever[:, 2]
         jacobian[:, 2] = axis[:, 0] * lever[:, 1] - axis[:, 1] * lever[:, 0]
+        for i in range(self.dof):
+            if self.prismatic[i]:
+                jacobian[i, :3], jacobian[i, 3:] = jacobian[i, 3:], 0.0
         return columns, position, jacobian
 
     def _start(self, count: int) -> tuple[Floats, Floats]:
@@ -65,12 +70,9 @@ class ColumnChain:
         position[:] = self.origin[:, None]
         return columns, position
 
-    def _pass(self, i: int, angle: Floats, columns: Floats, position: Floats) -> tuple[Floats, Floats]:
+    def _pass(self, i: int, values: Floats, columns: Floats, position: Floats) -> tuple[Floats, Floats]:
         """From the frame of joint ``i`` at zero to the next frame."""
-        sin, cos = np.sin(angle), np.cos(angle)
-        turned = cos * columns[0] + sin * columns[1]
-        columns[1] = cos * columns[1] - sin * columns[0]
-        columns[0] = turned
+        position = move_columns(self.prismatic[i], values, columns, position)
         for k in range(3):
             if abs(self.offsets[i][k]) > NOTHING:
                 position = position + self.offsets[i][k] * columns[k]

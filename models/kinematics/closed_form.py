@@ -95,7 +95,7 @@ class ClosedForm:
 @lru_cache(maxsize=256)
 def closed_form(robot: Robot) -> ClosedForm | None:
     """The closed form of ``robot``, or None if it belongs to neither class."""
-    if robot.dof != 6:
+    if robot.dof != 6 or robot.slides:
         return None
     chain = chain_of(robot)
     h = chain.axes
@@ -177,9 +177,8 @@ def _plane(chain: Chain, robot: Robot, wrist: Floats, origin: Floats) -> tuple[F
 def _at_middle(chain: Chain, robot: Robot, point: Floats) -> Floats:
     """Where ``point`` (3,) of link 4 goes when joints 2, 3 and 4 move to the middle of their ranges."""
     for joint in (3, 2, 1):
-        arm = point - chain.points[joint]
-        axis, angle = chain.axes[joint], _middle(robot.lower[joint], robot.upper[joint])
-        turned = arm * np.cos(angle) + np.cross(axis, arm) * np.sin(angle) + axis * (axis @ arm) * (1.0 - np.cos(angle))
+        middle = np.array([_middle(robot.lower[joint], robot.upper[joint])])
+        turned = chain.motions.rotation(joint, middle)[0] @ (point - chain.points[joint])
         point = chain.points[joint] + turned
     return point
 

@@ -62,7 +62,7 @@ def _refined(robot: Robot, meant: Nominal, target: Floats) -> Floats:
     found = solve_branches(form, target[None, :3, :3], target[None, :3, 3])
     near = found.joints[:, found.missing[:, 0] < max(meant.position, REACHED), 0].T
     q, reached = brought_to(robot, near, np.broadcast_to(target, (len(near), 4, 4)))
-    return unique(q[reached])
+    return unique(q[reached], robot.prismatic)
 
 
 @lru_cache(maxsize=128)

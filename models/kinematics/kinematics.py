@@ -14,18 +14,17 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
-from duocell.models.base.arrays import Floats
-from duocell.models.base.pose import rotation_about, transform
-from duocell.models.robot.robot import Robot
+from duocell.models.base.arrays import Bools, Floats
+from duocell.models.base.pose import transform
+from duocell.models.robot.joint import JointMotions
+from duocell.models.robot.robot import KinematicKey, Robot
 
 FLANGE = "flange"
 """Name of the flange frame in every model."""
 
-_Key = tuple[bytes, bytes, bytes]
-
 
 def pinocchio_model(robot: Robot) -> Any:
-    """The ``pin.Model`` of a robot: one revolute joint per joint, configuration space R^n, a frame `FLANGE`.
+    """The ``pin.Model`` of a robot: a revolute or prismatic joint for each, configuration space R^n, a frame `FLANGE`.
 
     Endless joints are ordinary revolute ones too: their values stay plain angles, whatever the number of turns.
     Limits are not copied, they belong to the arm in its cell. Treat the model as read-only, it is shared.
@@ -34,21 +33,22 @@ def pinocchio_model(robot: Robot) -> Any:
 
 
 @lru_cache(maxsize=256)
-def _model(key: _Key) -> Any:
-    placements, axes, flange = _geometry(key)
+def _model(key: KinematicKey) -> Any:
+    placements, axes, prismatic, flange = _geometry(key)
     model = pin.Model()
     parent = 0
-    for index, (placement, axis) in enumerate(zip(placements, axes, strict=True)):
-        joint = pin.JointModelRevoluteUnaligned(axis)
+    for index, (placement, axis, shifts) in enumerate(zip(placements, axes, prismatic, strict=True)):
+        joint = pin.JointModelPrismaticUnaligned(axis) if shifts else pin.JointModelRevoluteUnaligned(axis)
         parent = model.addJoint(parent, joint, pin.SE3(placement), f"joint_{index + 1}")
     model.addFrame(pin.Frame(FLANGE, parent, pin.SE3(flange), pin.FrameType.OP_FRAME))
     return model
 
 
-def _geometry(key: _Key) -> tuple[Floats, Floats, Floats]:
-    """The arrays behind a kinematic key: placements (n, 4, 4), axes (n, 3), flange (4, 4)."""
-    placements, axes, flange = (np.frombuffer(part, dtype=np.float64) for part in key)
-    return placements.reshape(-1, 4, 4), axes.reshape(-1, 3), flange.reshape(4, 4)
+def _geometry(key: KinematicKey) -> tuple[Floats, Floats, Bools, Floats]:
+    """The arrays behind a kinematic key: placements (n, 4, 4), axes (n, 3), which joints shift (n,), flange (4, 4)."""
+    placements, axes, flange = (np.frombuffer(key[part], dtype=np.float64) for part in (0, 1, 3))
+    prismatic = np.frombuffer(key[2], dtype=np.bool_)
+    return placements.reshape(-1, 4, 4), axes.reshape(-1, 3), prismatic, flange.reshape(4, 4)
 
 
 def chain(model: Any, joints: Iterable[int]) -> tuple[Floats, Floats]:
@@ -56,7 +56,7 @@ def chain(model: Any, joints: Iterable[int]) -> tuple[Floats, Floats]:
 
     Args:
         model: built by `pinocchio_model` or read from a URDF.
-        joints: k indices, all of them revolute.
+        joints: k indices, all of them revolute or prismatic.
 
     Returns:
         (k, 4, 4) ``jointPlacements``, each in the frame of its parent joint, and (k, 3) unit axes in the joint frame.
@@ -68,11 +68,11 @@ def chain(model: Any, joints: Iterable[int]) -> tuple[Floats, Floats]:
 
 
 def _axis(model: Any, index: int) -> Any:
-    """Axis of a revolute joint: the angular part of its motion subspace, where every kind of joint has it."""
+    """Axis of a joint: the angular part of its motion subspace, or the linear one of a joint that only shifts."""
     joint = model.joints[index]
     data = joint.createData()
     joint.calc(data, pin.neutral(model), np.zeros(model.nv))
-    return data.S[3:]
+    return data.S[3:] if np.any(data.S[3:]) else data.S[:3]
 
 
 def flange_placement(model: Any) -> Floats:
@@ -94,7 +94,7 @@ def flange_poses(robot: Robot, q: Floats) -> Floats:
 
     Args:
         robot: the chain.
-        q: (k, n) rad; one row (n,) counts as k = 1.
+        q: (k, n) rad or m; one row (n,) counts as k = 1.
 
     Returns:
         (k, 4, 4).
@@ -113,11 +113,12 @@ def flange_poses(robot: Robot, q: Floats) -> Floats:
 def jacobians(robot: Robot, q: Floats, tool: Floats) -> Floats:
     """Jacobians of the tool centre point, in axes parallel to the base frame, linear rows first.
 
-    ``J q̇`` is the velocity of the TCP [m/s] over the angular velocity of the tool [rad/s].
+    ``J q̇`` is the velocity of the TCP [m/s] over the angular velocity of the tool [rad/s], for joint speeds in rad/s or
+    m/s.
 
     Args:
         robot: the chain.
-        q: (k, n) rad; one row (n,) counts as k = 1.
+        q: (k, n) rad or m; one row (n,) counts as k = 1.
         tool: (4, 4) TCP in the flange frame.
 
     Returns:
@@ -140,24 +141,35 @@ def jacobians(robot: Robot, q: Floats, tool: Floats) -> Floats:
 
 
 def conditioning(robot: Robot, tool: Floats, q: Floats, length: float) -> Floats:
-    """Reciprocal condition numbers σmin/σmax of the Jacobians, with the linear rows divided by ``length``.
+    """Reciprocal condition numbers σmin/σmax of the Jacobians `without_units`.
 
     0 at a singularity, 1 for an isotropic posture (section 2 of the source: "reciprocal condition").
 
     Args:
         robot: the chain, at least 6 joints for anything but the conditioning of a thinner Jacobian.
         tool: (4, 4) TCP in the flange frame.
-        q: (k, n) rad.
+        q: (k, n) rad or m.
         length: m, see `characteristic_length`.
 
     Returns:
         (k,) in [0, 1].
     """
-    jacobian = jacobians(robot, q, tool)
-    jacobian[:, :3] /= length
+    jacobian = without_units(jacobians(robot, q, tool), robot.prismatic, length)
     sigma = np.linalg.svd(jacobian, compute_uv=False)
     result: Floats = sigma[:, -1] / sigma[:, 0]
     return result
+
+
+def without_units(jacobian: Floats, prismatic: Bools, length: float) -> Floats:
+    """Jacobians (..., 6, n), changed in place, whose entries are pure numbers.
+
+    Linear rows are divided by ``length`` [m]. A turn counts what it does per radian, a shift what it does per
+    ``length``: its column is the unit vector along its axis.
+    """
+    jacobian[..., :3, :] /= length
+    if np.any(prismatic):
+        jacobian[..., prismatic] *= length
+    return jacobian
 
 
 def characteristic_length(robot: Robot) -> float:
@@ -166,51 +178,78 @@ def characteristic_length(robot: Robot) -> float:
     A revolute joint contributes 1 to the squared Frobenius norm of the angular half and the squared distance d_i² of
     the flange origin from its axis to that of the linear half. So ``L² = mean over i of E[d_i²]``, every joint turning
     uniformly through the full circle. A property of the robot alone: neither tool nor limits nor posture enter, so
-    conditioning numbers of one robot are comparable between layouts.
+    conditioning numbers of one robot are comparable between layouts. A linear axis under an arm does not count: the
+    length is that of the arm.
     """
     return _characteristic_length(robot.kinematic_key)
 
 
 @lru_cache(maxsize=256)
-def _characteristic_length(key: _Key) -> float:
-    placements, axes, flange = _geometry(key)
+def _characteristic_length(key: KinematicKey) -> float:
+    placements, axes, prismatic, flange = _geometry(key)
+    motions = JointMotions(prismatic, axes)
     # Second moment E[h hᵀ] of the homogeneous flange origin h = (p, 1), walked from the flange to the base.
     moment = np.outer(flange[:, 3], flange[:, 3])
     squares = []
-    third = np.arange(3) * (2.0 * np.pi / 3.0)  # three angles average second-degree trigonometric polynomials exactly
-    for placement, axis in zip(placements[::-1], axes[::-1], strict=True):
+    # three angles average second-degree trigonometric polynomials exactly
+    third: Floats = np.array([0.0, 1.0, 2.0])
+    third *= 2.0 * np.pi / 3.0
+    for i in range(len(axes) - 1, -1, -1):
+        axis = axes[i]
+        if prismatic[i]:
+            break  # the first joint: nothing behind it turns
         squares.append(np.trace(moment[:3, :3]) - axis @ moment[:3, :3] @ axis)
-        turns = placement @ transform(rotation_about(axis, third), np.zeros(3))
+        turns = placements[i] @ transform(motions.rotation(i, third), np.zeros(3))
         moment = np.mean(turns @ moment @ np.swapaxes(turns, -1, -2), axis=0)
     return float(np.sqrt(np.mean(squares)))
 
 
-def reach(robot: Robot) -> float:
+Travel = tuple[float, float]
+"""m, least and largest value of the linear axis that carries an arm."""
+
+
+def reach(robot: Robot, travel: Travel | None = None) -> float:
     """An upper bound [m] of the distance of the flange origin from the base origin, whatever the joint values.
 
     Every chain of points, one on each joint axis, bounds the reach by the sum of its links (joints cannot change the
     distance between points on neighbouring axes); the points are slid along the axes to make that sum small. Sound, and
     a few percent above the true extreme for common arms: beyond it a pose is certainly out of reach, inside it is not
-    promised.
+    promised. An arm on a linear axis reaches as far from where the axis can take it.
+
+    Args:
+        robot: the chain. travel: of its linear axis, where that may go farther than the robot's own limits let it.
     """
-    return _reach(robot.kinematic_key)[0]
+    if robot.carried is None:
+        return _reach(robot.kinematic_key)[0]
+    farthest = float(np.max(np.linalg.norm(carriage_ends(robot, travel), axis=1)))
+    return farthest + _reach(robot.carried.kinematic_key)[0]
+
+
+def carriage_ends(robot: Robot, travel: Travel | None = None) -> Floats:
+    """(2, 3) m, where the linear axis of a robot has the origin of its carriage at both ends, in the base frame."""
+    low, high = (float(robot.lower[0]), float(robot.upper[0])) if travel is None else travel
+    placement = robot.joint_placements[0]
+    ends: Floats = placement[:3, 3] + np.outer([low, high], placement[:3, :3] @ robot.joint_axes[0])
+    return ends
 
 
 def reach_sphere(robot: Robot) -> tuple[Floats, float]:
-    """A ball in the base frame that the flange origin never leaves, centred on axis 1.
+    """A ball that the flange origin never leaves, in the base frame, or in that of the carriage of a linear axis.
 
-    Tighter than `reach` for arms whose shoulder stands above the base frame; same argument, started on axis 1.
+    Its centre is on the first axis that turns. Tighter than `reach` for arms whose shoulder stands above the frame;
+    same argument, started on that axis.
 
     Returns:
-        centre (3,) m in the base frame, and radius [m].
+        centre (3,) m, and radius [m].
     """
-    _, centre, radius = _reach(robot.kinematic_key)
+    turning = robot if robot.carried is None else robot.carried
+    _, centre, radius = _reach(turning.kinematic_key)
     return np.array(centre), radius
 
 
 @lru_cache(maxsize=256)
-def _reach(key: _Key) -> tuple[float, tuple[float, ...], float]:
-    placements, axes, flange = _geometry(key)
+def _reach(key: KinematicKey) -> tuple[float, tuple[float, ...], float]:
+    placements, axes, _, flange = _geometry(key)
     total, _ = _shortest_chain(placements, axes, flange, from_origin=True)
     radius, slide = _shortest_chain(placements, axes, flange, from_origin=False)
     centre = placements[0][:3, :3] @ (slide * axes[0]) + placements[0][:3, 3]

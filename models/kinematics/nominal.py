@@ -73,7 +73,7 @@ def nominal(robot: Robot) -> Nominal | None:
     A robot that has one but for the last digits of its file is replaced too: the proof of a joint at its very limit
     knows of no digits.
     """
-    if robot.dof != 6:
+    if robot.dof != 6 or robot.slides:
         return None
     chain = chain_of(robot)
     usable = closed_form(robot) is not None and chain.vertical_sign != 0
@@ -119,7 +119,9 @@ def _in_one_plane(chain: Chain, near: float) -> float:
 
 
 def as_drawn(robot: Robot) -> Robot:
-    """The robot with the geometry that was meant, whether that has a closed form or not."""
+    """The robot with the geometry that was meant, whether that has a closed form or not; on a linear axis as it is."""
+    if robot.slides:
+        return robot
     return _robot_of(robot, _drawn(chain_of(robot), LENGTH * reach(robot)))
 
 

@@ -24,13 +24,15 @@ NEARBY = 15
 CONVERGED = 1e-10
 """m and rad."""
 SAME = 1e-3
-"""rad; solutions closer than this in every joint are one branch (redundant arms: one sample)."""
+"""rad or m; solutions closer than this in every joint are one branch (redundant arms: one sample)."""
 
 
 def numeric_branches(robot: Robot, target: Floats) -> Floats:
-    """Distinct joint values (K, n) rad modulo 2π that reach a flange pose (4, 4) in the base frame."""
+    """Distinct joint values (K, n) that reach a flange pose (4, 4) in the base frame: rad modulo 2π, or m."""
     chain = chain_of(robot)
     q = _seeds(robot.dof).copy()
+    if robot.slides:
+        q[:, 0] = robot.lower[0] + (robot.upper[0] - robot.lower[0]) * (q[:, 0] / TURN + 0.5)
     for _ in range(ITERATIONS):
         rotations, positions, jacobians = forward_and_jacobian(chain, q)
         error = pose_error(rotations, positions, target)
@@ -45,7 +47,7 @@ def numeric_branches(robot: Robot, target: Floats) -> Floats:
             break
     rotations, positions, _ = forward_and_jacobian(chain, q)
     good = np.max(np.abs(pose_error(rotations, positions, target)), axis=1) < CONVERGED
-    return unique(q[good])
+    return unique(q[good], robot.prismatic)
 
 
 def brought_to(robot: Robot, q: Floats, targets: Floats) -> tuple[Floats, Bools]:
@@ -83,12 +85,18 @@ def _seeds(n: int) -> Floats:
     return TURN * (even_points(n, SEEDS, 1) - 0.5)
 
 
-def unique(q: Floats) -> Floats:
-    """One of each group of equal solutions, values in (-π, π]."""
-    wrapped = np.arctan2(np.sin(q), np.cos(q))
+def unique(q: Floats, prismatic: Bools) -> Floats:
+    """One of each group of equal solutions (K, n), angles in (-π, π]; ``prismatic`` (n,) values are no angles."""
+    wrapped = np.where(prismatic, q, np.arctan2(np.sin(q), np.cos(q)))
     kept: list[Floats] = []
     for row in wrapped:
-        apart = [np.max(np.abs(np.arctan2(np.sin(row - other), np.cos(row - other)))) > SAME for other in kept]
+        apart = [np.max(np.abs(_difference(row, other, prismatic))) > SAME for other in kept]
         if all(apart):
             kept.append(row)
     return np.array(kept).reshape(-1, q.shape[1])
+
+
+def _difference(one: Floats, other: Floats, prismatic: Bools) -> Floats:
+    """(n,) how far two solutions are apart, angles the short way round."""
+    apart = one - other
+    return np.where(prismatic, apart, np.arctan2(np.sin(apart), np.cos(apart)))

@@ -147,6 +147,11 @@ class Arm:
         """Number of joints."""
         return self.robot.dof
 
+    @property
+    def travel(self) -> tuple[float, float] | None:
+        """m, limits in force of the linear axis that carries the arm; None without one."""
+        return (float(self.lower[0]), float(self.upper[0])) if self.robot.slides else None
+
     @cached_property
     def weight_scale(self) -> float:
         """Mean of the weights that are not zero (1 without any): what a cost is to be measured against."""
@@ -198,7 +203,7 @@ class Arm:
         if self.linear_limits is None:
             return False
         used = np.any(self.linear_limits.matrix != 0.0, axis=0)
-        return bool(np.any((self.upper - self.lower)[used] >= TURN))
+        return bool(np.any((self.upper - self.lower)[used & ~self.robot.prismatic] >= TURN))
 
     @property
     def upright(self) -> bool:

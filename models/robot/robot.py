@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from duocell.models.base.arrays import Floats, set_frozen
+from duocell.models.base.arrays import Bools, Floats, set_frozen
 from duocell.models.base.errors import InvalidInput
+from duocell.models.robot.joint import JointKind, JointMotions
 from duocell.models.robot.linear_limits import LinearLimits
 from duocell.models.robot.robot_frames import RobotFrame
+
+KinematicKey = tuple[bytes, bytes, bytes, bytes]
+"""Placements, axes and kinds of the joints, and the flange, as bytes."""
 
 
 @dataclass(frozen=True, eq=False)
 class Robot:
-    """A serial arm of revolute joints, without tool, grasp or place.
+    """A serial arm without tool, grasp or place. Its joints turn; the first may be a linear axis that carries the rest.
 
-    The transform of the flange in the base frame is
-    ``Π_i (joint_placements[i] · Rot(joint_axes[i], q_i)) · flange_placement``.
+    The transform of the flange in the base frame is ``Π_i (joint_placements[i] · T_i(q_i)) · flange_placement``, with
+    T_i of `duocell.models.robot.joint`. Values of revolute joints are rad, those of prismatic ones m.
 
     Attributes:
         name: catalogue name, or a label of an inline or URDF robot.
@@ -26,9 +30,9 @@ class Robot:
         joint_placements: (n, 4, 4) joint frame in the frame of the joint before (first: the base frame) at q = 0.
         joint_axes: (n, 3) unit axis in the joint's own frame.
         flange_placement: (4, 4) flange in the last joint frame.
-        lower: (n,) rad, ``-inf`` where the joint turns without end.
-        upper: (n,) rad, ``inf`` where the joint turns without end.
-        reference: (n,) rad, the q* used when a request names none.
+        lower: (n,) rad or m, ``-inf`` where the joint turns without end.
+        upper: (n,) rad or m, ``inf`` where the joint turns without end.
+        reference: (n,) rad or m, the q* used when a request names none.
         reference_source: "mid-range", or why another reference was chosen.
         base_frame: name of the first frame. flange_frame: name of the last.
         maker: manufacturer. title: human-readable model. source: where geometry and limits come from.
@@ -40,6 +44,7 @@ class Robot:
         linear_limits: limits between the joints; None where none are known.
         description: digest of the file that describes it, "" for robots of no file: arms of one machine have it in
             common.
+        joint_kinds: n kinds; empty: all joints are revolute.
     """
 
     name: str
@@ -63,9 +68,15 @@ class Robot:
     mounting_face: RobotFrame | None = None
     description: str = ""
     linear_limits: LinearLimits | None = None
+    joint_kinds: tuple[JointKind, ...] = ()
 
     def __post_init__(self) -> None:
         n = len(self.joint_names)
+        object.__setattr__(self, "joint_kinds", self.joint_kinds or n * (JointKind.REVOLUTE,))
+        if len(self.joint_kinds) != n:
+            raise ValueError(f"{len(self.joint_kinds)} kinds for {n} joints")
+        if JointKind.PRISMATIC in self.joint_kinds[1:]:
+            raise ValueError("only the first joint may be prismatic")
         set_frozen(self, "joint_placements", self.joint_placements, (n, 4, 4))
         set_frozen(self, "joint_axes", self.joint_axes, (n, 3))
         set_frozen(self, "flange_placement", self.flange_placement, (4, 4))
@@ -78,9 +89,47 @@ class Robot:
         return len(self.joint_names)
 
     @cached_property
-    def kinematic_key(self) -> tuple[bytes, bytes, bytes]:
+    def kinematic_key(self) -> KinematicKey:
         """Equal for robots with the same geometry, whatever their names and limits: the key of compiled kinematics."""
-        return (self.joint_placements.tobytes(), self.joint_axes.tobytes(), self.flange_placement.tobytes())
+        arrays = self.joint_placements, self.joint_axes, self.prismatic, self.flange_placement
+        placements, axes, prismatic, flange = (array.tobytes() for array in arrays)
+        return placements, axes, prismatic, flange
+
+    @cached_property
+    def prismatic(self) -> Bools:
+        """(n,) True for joints that shift."""
+        prismatic: Bools = np.array([kind is JointKind.PRISMATIC for kind in self.joint_kinds], dtype=np.bool_)
+        return prismatic
+
+    @cached_property
+    def slides(self) -> bool:
+        """True if some joint shifts."""
+        return bool(np.any(self.prismatic))
+
+    @cached_property
+    def carried(self) -> Robot | None:
+        """The arm that a linear axis carries, by itself, its base frame where the carriage is; None without one."""
+        if not self.slides:
+            return None
+        return replace(
+            self,
+            joint_names=self.joint_names[1:],
+            joint_placements=self.joint_placements[1:],
+            joint_axes=self.joint_axes[1:],
+            lower=self.lower[1:],
+            upper=self.upper[1:],
+            reference=self.reference[1:],
+            joint_kinds=self.joint_kinds[1:],
+            base_frame=self.joint_names[0],
+            mounting_face=None,
+            ssik_name=None,
+            linear_limits=None,
+        )
+
+    @cached_property
+    def motions(self) -> JointMotions:
+        """What the joints do."""
+        return JointMotions(self.prismatic, self.joint_axes)
 
     @property
     def flange_names(self) -> tuple[str, ...]:

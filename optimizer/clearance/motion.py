@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from duocell.models.base.arrays import Floats, Ints
+from duocell.models.base.arrays import Bools, Floats, Ints
 from duocell.models.cell.surroundings import PairClass
 from duocell.models.collision.collision import CollisionModel, Configurations
 
@@ -14,9 +14,10 @@ from duocell.models.collision.collision import CollisionModel, Configurations
 class Motion:
     """Bounds of relative motion for all pairs of a model.
 
-    A point of link k moves by at most ``Σ_i |Δq_i| d_i`` when joints 1 to k turn by Δq, d_i being its distance from
-    axis i; seen from the hand, by the same sum over the joints after k. The hand holds the object, so the latter is
-    how bodies of different arms and the part move against each other; the smaller of both sums is used.
+    A point of link k moves by at most ``Σ_i |Δq_i| d_i`` when joints 1 to k move by Δq, d_i being its distance from
+    axis i, or 1 for a joint that shifts; seen from the hand, by the same sum over the joints after k. The hand holds
+    the object, so the latter is how bodies of different arms and the part move against each other; the smaller of both
+    sums is used.
     """
 
     def __init__(self, model: CollisionModel) -> None:
@@ -33,7 +34,10 @@ class Motion:
         self._self = [self._self_pairs(a) for a in range(len(model.arms))]
 
     def levers(self, configurations: Configurations) -> list[Floats]:
-        """Per arm (K, B_a, n) m: largest distance of each of its bodies' points from each joint axis."""
+        """Per arm (K, B_a, n) m: largest distance of each of its bodies' points from each joint axis.
+
+        A joint that shifts moves all points by as much as its value changes: 1.
+        """
         result = []
         b = self.model.bodies
         for a, own in enumerate(self._of_arm):
@@ -42,7 +46,8 @@ class Motion:
             axes = np.einsum("kiab,ib->kia", frames[..., :3, :3], arm.robot.joint_axes)
             away = configurations.ends[:, own, None] - frames[:, None, :, None, :3, 3]  # (K, B, n, 2, 3)
             aside = np.linalg.norm(np.cross(away, axes[:, None, :, None]), axis=-1)
-            result.append(np.max(aside, axis=-1) + b.radius[own, None])
+            levers = np.max(aside, axis=-1) + b.radius[own, None]
+            result.append(np.where(arm.robot.prismatic, 1.0, levers) if arm.robot.slides else levers)
         return result
 
     def between(
@@ -52,7 +57,7 @@ class Motion:
 
         Args:
             first: levers at the starts, per arm (H, B_a, n) m. second: at the ends.
-            steps: per arm (H, n) rad, at most what each joint travels on the interval.
+            steps: per arm (H, n) rad or m, at most what each joint travels on the interval.
             shift: (H,) m, travelled by the object. turn: (H,) rad likewise.
 
         Returns:
@@ -64,7 +69,7 @@ class Motion:
         against_itself: list[tuple[Ints, Floats]] = []
         for a, (at_start, at_end, q) in enumerate(zip(first, second, steps, strict=True)):
             own, links = self._of_arm[a], self._links[a]
-            levers = _grown(np.maximum(at_start, at_end), links, 0.5 * q)
+            levers = _grown(np.maximum(at_start, at_end), links, 0.5 * q, self.model.arms[a].robot.prismatic)
             shares = np.cumsum(levers * q[:, None], axis=2)
             shares = np.concatenate([np.zeros((count, len(own), 1)), shares], axis=2)  # (H, B_a, n + 1)
             world[:, own] = shares[:, np.arange(len(own)), links]
@@ -93,11 +98,11 @@ class Motion:
         return pairs, i, j, np.minimum(links[i], links[j]), np.maximum(links[i], links[j])
 
 
-def _grown(levers: Floats, links: Ints, steps: Floats) -> Floats:
+def _grown(levers: Floats, links: Ints, steps: Floats, prismatic: Bools) -> Floats:
     """Levers (H, B, n) that hold on the whole interval, not only at its ends.
 
     Between a body and axis i lie the joints that move it to or from that axis; from the nearer end of the interval they
-    turn by at most ``steps`` (H, n).
+    move by at most ``steps`` (H, n). What a ``prismatic`` (n,) joint does has no lever.
     """
     grown = levers.copy()
     n = levers.shape[2]
@@ -106,6 +111,7 @@ def _grown(levers: Floats, links: Ints, steps: Floats) -> Floats:
         for order in (range(int(link) - 1, -1, -1), range(int(link), n)):
             drift = np.zeros((len(levers), len(some)))
             for i in order:  # from the body outwards
-                grown[:, some, i] += drift
+                if not prismatic[i]:
+                    grown[:, some, i] += drift
                 drift = drift + steps[:, i, None] * grown[:, some, i]
     return grown

@@ -10,7 +10,7 @@ from duocell.models.base.sampling import even_points
 from duocell.models.cell.cell import Cell
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.kinematics.closed_form import ClosedForm, closed_form
-from duocell.models.kinematics.kinematics import reach
+from duocell.models.kinematics.kinematics import carriage_ends, reach
 from duocell.models.robot.arm import Arm
 
 LEVEL = 1e-4
@@ -32,9 +32,12 @@ def reach_windows(cell: Cell, arm: Arm) -> Floats:
         centre = targets[:, :3, 3] + targets[:, :3, :3] @ form.wrist_in_flange
         half, lift = _wrist_reach(form)
         centre = centre - np.array([0.0, 0.0, lift])
+    elif arm.robot.carried is not None and arm.upright:
+        half, lift = _carried_reach(arm)
+        centre = targets[:, :3, 3] - np.array([0.0, 0.0, lift])
     else:
         centre = targets[:, :3, 3]
-        half = np.full(3, reach(arm.robot))
+        half = np.full(3, reach(arm.robot, _travel(arm)))
     half = half + SLACK
     return np.stack([centre - half, centre + half], axis=-1)
 
@@ -47,6 +50,21 @@ def _wrist_reach(form: ClosedForm) -> tuple[Floats, float]:
     lift = float(form.origin[2] + plane.shoulder[1] * form.up[2])
     lean = 2.0 * abs(float(form.n @ form.axes[0])) * (across + links)  # catalogue data are rounded
     return np.array([across, across, links]) + lean, lift
+
+
+def _travel(arm: Arm) -> tuple[float, float] | None:
+    """The travel of an arm's linear axis [m], with what counts as kept."""
+    return None if arm.travel is None else (arm.travel[0] - KEPT, arm.travel[1] + KEPT)
+
+
+def _carried_reach(arm: Arm) -> tuple[Floats, float]:
+    """Largest distance of the flange from the base origin along x, y and z (3,) m, whatever the yaw, the last from a
+    height above it, on an upright linear axis; and that height [m], half way between those of its two ends.
+    """
+    ends, turning = carriage_ends(arm.robot, _travel(arm)), reach(arm.robot.carried or arm.robot)
+    across = float(np.max(np.hypot(ends[:, 0], ends[:, 1]))) + turning
+    rise = 0.5 * abs(float(ends[1, 2] - ends[0, 2]))
+    return np.array([across, across, rise + turning]), float(np.mean(ends[:, 2]))
 
 
 def search_box(cell: Cell, arm: Arm) -> Floats:

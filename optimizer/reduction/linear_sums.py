@@ -37,7 +37,7 @@ def keep_sums(arm: Arm, joints: Floats, starts: tuple[int, ...], *, free_yaw: bo
     if limits is None or not arm.turns_matter:
         return
     rows: Bools = limits.matrix[:, 0] == 0.0 if free_yaw else np.ones(len(limits), dtype=np.bool_)
-    used = np.any(limits.matrix[rows] != 0.0, axis=0) & (arm.upper - arm.lower >= TURN)
+    used = np.any(limits.matrix[rows] != 0.0, axis=0) & (arm.upper - arm.lower >= TURN) & ~arm.robot.prismatic
     for segment in slices(starts, joints.shape[-1]):
         part = joints[..., segment]
         for i in np.flatnonzero(used):

@@ -21,10 +21,10 @@ from matplotlib.patches import Circle, Rectangle
 from matplotlib.patheffects import withStroke
 
 from duocell.models.base.arrays import Floats
-from duocell.models.base.pose import rotation_about, transform
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import Task
 from duocell.models.kinematics.kinematics import reach_sphere
+from duocell.models.kinematics.link_frames import link_frames
 from duocell.models.robot.arm import Arm, Interval
 from duocell.models.robot.robot import Robot
 from duocell.service.figure.figure_surroundings import draw_bodies, draw_floor, draw_obstacles
@@ -104,21 +104,16 @@ def arm_points(robot: Robot, joints: Floats, tool: Floats) -> Floats:
 
     Args:
         robot: the chain.
-        joints: (k, n) rad.
+        joints: (k, n) rad or m.
         tool: (4, 4) tool centre point in the flange frame.
 
     Returns:
         (k, n + 3, 3) m in the base frame.
     """
-    pose = np.broadcast_to(np.eye(4), (len(joints), 4, 4))
-    points = [pose[:, :3, 3]]
-    for placement, axis, angles in zip(robot.joint_placements, robot.joint_axes, joints.T, strict=True):
-        pose = pose @ placement @ transform(rotation_about(axis, angles), np.zeros(3))
-        points.append(pose[:, :3, 3])
-    for last in (robot.flange_placement, tool):
-        pose = pose @ last
-        points.append(pose[:, :3, 3])
-    return np.stack(points, axis=1)
+    frames = link_frames(robot, joints)
+    flange = frames[:, -1] @ robot.flange_placement
+    points: Floats = np.concatenate([frames, flange[:, None], (flange @ tool)[:, None]], axis=1)[:, :, :3, 3]
+    return points
 
 
 def _shown_poses(task: Task) -> list[int]:

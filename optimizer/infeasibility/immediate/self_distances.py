@@ -106,22 +106,25 @@ class _Pair:
         self.robot, (self.first, self.held), (self.last, self.turned) = arm.robot, held, turned
         self.joints = np.arange(self.first, self.last)
         low, high = arm.lower[self.joints] - KEPT, arm.upper[self.joints] + KEPT
-        endless = ~np.isfinite(high - low) | (high - low > TURN)
+        self.shifts = arm.robot.prismatic[self.joints]
+        endless = (~np.isfinite(high - low) | (high - low > TURN)) & ~self.shifts
         low, high = np.where(endless, -0.5 * TURN, low), np.where(endless, 0.5 * TURN, high)
         self.whole = (0.5 * (low + high))[None], (0.5 * (high - low))[None]
         self.points, self.swollen = _outline(turned[1])
         self.capsules = [bounding(body.shape) for body in (held[1], turned[1])]
 
     def look(self, centre: Floats, half: Floats) -> tuple[Floats, Floats]:
-        """(N,) m, signed distances at the centres of boxes (N, k) rad, and bounds of them over the boxes."""
+        """(N,) m, signed distances at the centres of boxes (N, k) rad or m, and bounds of them over the boxes."""
         frames = self._frames(centre)
         gaps = self._gaps(frames)
-        moved = 2.0 * self._levers(frames) * np.sin(0.5 * np.minimum(half, 0.5 * TURN))
+        chords = np.where(self.shifts, half, 2.0 * np.sin(0.5 * np.minimum(half, 0.5 * TURN)))
+        moved = self._levers(frames) * chords
         return gaps, gaps + np.sum(moved, axis=1)
 
     def widest(self, centre: Floats, half: Floats) -> Ints:
         """(N,) which joint of each box moves the body most."""
-        widest: Ints = np.argmax(self._levers(self._frames(centre)) * np.minimum(half, 1.5) + 1e-9 * half, axis=1)
+        ways = np.where(self.shifts, half, np.minimum(half, 1.5))
+        widest: Ints = np.argmax(self._levers(self._frames(centre)) * ways + 1e-9 * half, axis=1)
         return widest
 
     def _frames(self, centre: Floats) -> Floats:
@@ -143,7 +146,7 @@ class _Pair:
         return np.array([separation(shapes[0], p, shapes[1], q).distance for p, q in zip(*poses, strict=True)])
 
     def _levers(self, frames: Floats) -> Floats:
-        """(N, k) m, largest distance of the turned body's points from each axis."""
+        """(N, k) m, largest distance of the turned body's points from each axis; 1 for a joint that shifts."""
         last = frames[:, self.last]
         points = self.points @ last[:, :3, :3].swapaxes(1, 2) + last[:, None, :3, 3]
         levers = np.empty((len(frames), len(self.joints)))
@@ -152,7 +155,7 @@ class _Pair:
             axis = frame[:, :3, :3] @ self.robot.joint_axes[joint]
             off = np.cross(axis[:, None], points - frame[:, None, :3, 3])
             levers[:, column] = np.max(np.linalg.norm(off, axis=2), axis=1) + self.swollen
-        return levers
+        return np.where(self.shifts, 1.0, levers)
 
 
 def _outline(body: Body) -> tuple[Floats, float]:

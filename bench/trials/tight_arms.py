@@ -26,7 +26,7 @@ NAME = "tight arms"
 CHOSEN = tuple(kind for kind in KINDS if kind != "dwell")
 PLACES, CLOSER, ROUNDS = 600, 100, 8
 """Places of the first look, and of each of the closer ones about the best, in a radius that halves."""
-SPARE = 0.0, 1e-9, 1e-6, 1e-3, 0.03
+MARGINS = 0.0, 1e-9, 1e-6, 1e-3, 0.03
 """What is left beside the stand that is kept: m, rad, or a share of a joint step or a conditioning."""
 SHORT = 60
 """Most poses."""
@@ -76,7 +76,7 @@ def _tightened(cell: Cell, rng: np.random.Generator) -> tuple[Cell, float] | Non
     own = own_task(replace(tight, arms=(replace(tight.arms[0], min_conditioning=None),)), 0)
     if rng.random() < 0.5:
         least = float(np.min(conditioning(own, joints[None])))
-        kept = replace(tight.arms[0], min_conditioning=least * (1.0 - float(rng.choice(SPARE))) - 1e-12)
+        kept = replace(tight.arms[0], min_conditioning=least * (1.0 - float(rng.choice(MARGINS))) - 1e-12)
         if least > 0.01:
             tight = replace(tight, arms=(kept,))
     cost = float(seen.objective[branch, k])
@@ -85,17 +85,17 @@ def _tightened(cell: Cell, rng: np.random.Generator) -> tuple[Cell, float] | Non
 
 def _about(cell: Cell, arm: Arm, place: Floats, yaw: float, joints: Floats, rng: np.random.Generator) -> Cell:
     """The cell with region, yaw, limits and joint step drawn together about a stand."""
-    spare = rng.choice(SPARE, (4, 2))
+    margins = rng.choice(MARGINS, (4, 2))
     old = arm.base.bounds[:3]
-    low, high = np.maximum(old[:, 0], place - spare[:3, 0]), np.minimum(old[:, 1], place + spare[:3, 1])
+    low, high = np.maximum(old[:, 0], place - margins[:3, 0]), np.minimum(old[:, 1], place + margins[:3, 1])
     kept = rng.random(3) < 0.4
     low, high = np.where(kept, old[:, 0], low), np.where(kept, old[:, 1], high)
     turn = FREE_YAW if arm.base.yaw_free else arm.base.yaw
     if rng.random() < 0.6:
-        turn = Interval(yaw - float(spare[3, 0]), yaw + float(spare[3, 1]))
+        turn = Interval(yaw - float(margins[3, 0]), yaw + float(margins[3, 1]))
     x, y, z = (Interval(float(a), float(b)) for a, b in zip(low, high, strict=True))
     base = BaseRegion(x, y, z, turn)
-    some, beside = rng.random(arm.dof) < 0.4, rng.choice(SPARE, (2, arm.dof))
+    some, beside = rng.random(arm.dof) < 0.4, rng.choice(MARGINS, (2, arm.dof))
     lower = np.where(some, np.maximum(arm.lower, joints.min(axis=0) - beside[0]), arm.lower)
     upper = np.where(some, np.minimum(arm.upper, joints.max(axis=0) + beside[1]), arm.upper)
     step = max(
@@ -104,7 +104,7 @@ def _about(cell: Cell, arm: Arm, place: Floats, yaw: float, joints: Floats, rng:
     )
     most = cell.max_joint_step
     if rng.random() < 0.4 and step > 1e-3:
-        most = min(step * (1.0 + float(rng.choice(SPARE))) + 1e-12, most)
+        most = min(step * (1.0 + float(rng.choice(MARGINS))) + 1e-12, most)
     reference = np.clip(arm.reference, lower, upper)
     return Cell(cell.task, (replace(arm, base=base, lower=lower, upper=upper, reference=reference),), most)
 

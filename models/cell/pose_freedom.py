@@ -70,7 +70,7 @@ class PoseFreedom:
         """Rows that a pose has in a program."""
         return EQUATIONS
 
-    def spare(self, dof: int) -> int:
+    def nullspace(self, dof: int) -> int:
         """Motions that leave an arm of so many joints at a pose: its own, and those along the parameters."""
         return dof + self.count - EQUATIONS
 

@@ -24,7 +24,7 @@ from duocell.models.robot.arm import SINGULAR_WRIST, Arm
 SHOULDER, ELBOW = 1e-3, 1e-3
 """m that the wrist's point keeps in front of axis 1 (or behind it), and rad that the elbow keeps from being stretched
 or folded, along a way. The wrist keeps `duocell.models.robot.arm.SINGULAR_WRIST`."""
-SPARE = 1.25
+MARGIN_FACTOR = 1.25
 """Programs ask for so much more, because they see a way at few places only."""
 STILL = 1e-9
 """rad between consecutive poses in which an arm stands still."""
@@ -54,7 +54,7 @@ def keeps_margins(arm: Arm) -> bool:
     return closed_form(arm.robot) is not None or (arm.avoid_singularities and singular_fifth(arm.robot) is not None)
 
 
-def spare_terms(arm: Arm, joints: Floats) -> Floats:
+def margin_terms(arm: Arm, joints: Floats) -> Floats:
     """Smooth functions of the place that are negative where an arm comes too near a singular set.
 
     The square of the distance in front of axis 1 and the cosines of elbow and wrist are smooth along a way, also where
@@ -69,17 +69,17 @@ def spare_terms(arm: Arm, joints: Floats) -> Floats:
         (..., 2) the wrist's alone for arms that are not quite as drawn.
     """
     margins, form, singular = margins_along(arm), closed_form(arm.robot), singular_fifth(arm.robot)
-    spare, cosines = [], []
+    terms, cosines = [], []
     if form is not None:
         front, _, _ = posture_terms(form, np.moveaxis(joints, -1, 0), np.sin, np.cos)
-        spare.append(front**2 - (margins.shoulder - KEPT) ** 2)
+        terms.append(front**2 - (margins.shoulder - KEPT) ** 2)
         cosines.append((form.planar.elbow_angle + form.turns[2] * joints[..., 2], margins.elbow))
     if arm.avoid_singularities and singular is not None:
         cosines.append((joints[..., 4] - singular, margins.wrist))
     for angle, margin in cosines:
         cosine, most = np.cos(angle), np.cos(margin - KEPT)
-        spare += [most - cosine, most + cosine]
-    return np.stack(spare, axis=-1)
+        terms += [most - cosine, most + cosine]
+    return np.stack(terms, axis=-1)
 
 
 def violations_at_poses(arm: Arm, task: Task, joints: Floats) -> tuple[Bools, Floats]:
@@ -91,9 +91,9 @@ def violations_at_poses(arm: Arm, task: Task, joints: Floats) -> tuple[Bools, Fl
 
     Returns:
         (m,) True where a way goes through a pose that is too near a singular set; (m - 1, k) how far the terms of
-        `spare_terms` may be below zero on each step, because a way begins or ends at a pose that is as near.
+        `margin_terms` may be below zero on each step, because a way begins or ends at a pose that is as near.
     """
-    violation = np.maximum(-spare_terms(arm, joints), 0.0)
+    violation = np.maximum(-margin_terms(arm, joints), 0.0)
     ends = _ends(task, joints)
     allowed = np.where(ends[:, None], violation, 0.0)
     return np.any(violation > 0.0, axis=-1) & ~ends, np.maximum(allowed[:-1], allowed[1:])

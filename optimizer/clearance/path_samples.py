@@ -75,7 +75,7 @@ def flanges_at(
 
 
 def keep_inside(arm: Arm, base: Floats, flanges: Floats, joints: Floats) -> tuple[Floats, Bools]:
-    """Joints of a redundant arm at the same poses, moved inside their limits by its spare freedom.
+    """Joints of a redundant arm at the same poses, moved inside their limits by its self-motion.
 
     A joint that was beyond a limit is held at it, and so is a sum of joints beyond its linear limit: one more equation.
 
@@ -121,7 +121,7 @@ def follow(robot: Robot, base: Floats, flanges: Floats, before: Floats, after: F
 
     Returns:
         (K, n) rad; and (K,) False where Newton's method does not arrive or leaves the branch: no continuous way here.
-        A redundant arm's spare freedom keeps to the middle.
+        A redundant arm's self-motion keeps to the middle.
     """
     chain = chain_of(robot)
     targets = inverse(base) @ flanges

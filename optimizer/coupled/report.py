@@ -54,7 +54,7 @@ class _Figures:
         self.clearances = clearances_of(refined)
         self.margin = min(placement.minimum_margin for placement in self.placements)
         self.conditioning = min(placement.minimum_conditioning for placement in self.placements)
-        self.spare = min((c.distance - c.required for c in self.clearances if c.kind != "part_obstacle"), default=None)
+        self.room = min((c.distance - c.required for c in self.clearances if c.kind != "part_obstacle"), default=None)
 
     def against(self, best: _Figures) -> str:
         """Why one might prefer this layout."""
@@ -63,8 +63,8 @@ class _Figures:
             gains.append(f"smallest joint margin {self.margin:.3f} rad instead of {best.margin:.3f} rad")
         if self.conditioning > best.conditioning * (1.0 + NOTICEABLE):
             gains.append(f"conditioning {self.conditioning:.3f} instead of {best.conditioning:.3f}")
-        if self.spare is not None and best.spare is not None and self.spare > best.spare + 1e-3:
-            gains.append(f"{(self.spare - best.spare) * 1e3:.0f} mm more room beyond the clearances")
+        if self.room is not None and best.room is not None and self.room > best.room + 1e-3:
+            gains.append(f"{(self.room - best.room) * 1e3:.0f} mm more room beyond the clearances")
         cost = f"objective {100.0 * (self.objective / max(best.objective, 1e-9) - 1.0):.1f} % higher"
         return f"{'; '.join(gains) or 'other places, should the best ones not be available'} ({cost})"
 

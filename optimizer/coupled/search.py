@@ -121,7 +121,7 @@ def _to_the_margins(scene: Scene, known: Refined, terms: Terms) -> Refined:
 
     Beside a singular wrist joints turn by many times what the wrist does: a quarter of a margin may cost a thousandth.
     """
-    refined = refine(replace(scene, spare=1.0), known.points, terms.deadline, worth=PRECISE)
+    refined = refine(replace(scene, margin_factor=1.0), known.points, terms.deadline, worth=PRECISE)
     return refined if refined.clean else refine(scene, known.points, terms.deadline, worth=PRECISE)
 
 

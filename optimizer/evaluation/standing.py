@@ -135,13 +135,13 @@ def _general(cell: Cell, arm: Arm) -> Choice:
     """
     deadline = time.perf_counter() + SEARCHING
     path = best_path(cell, arm, *_place(arm))
-    if path.unreached and not cell.freedom(arm).spare(arm.dof):  # all branches are known
+    if path.unreached and not cell.freedom(arm).nullspace(arm.dof):  # all branches are known
         return Choice((Standing(arm, None, None, np.inf, explain_general(cell, arm, [path]), 1),), True)
     found = []
     if not path.unreached:
         point = ArmSolution(path.position, path.yaw, path.joints, path.signs)
         found.append(_judged(cell, arm, point, 1))
-        if cell.freedom(arm).spare(arm.dof) or found[0].reasons:
+        if cell.freedom(arm).nullspace(arm.dof) or found[0].reasons:
             solved = solve_locally(cell, arm, point, deadline)
             if solved.status.has_point:
                 found.append(_judged(cell, arm, solved.points[0], 2))

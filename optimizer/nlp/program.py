@@ -19,7 +19,7 @@ import numpy as np
 from duocell.models.base.arrays import Floats
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.pose_freedom import PoseFreedom
-from duocell.models.cell.singular_margins import SPARE, Margins, margins_along, margins_at_poses
+from duocell.models.cell.singular_margins import MARGIN_FACTOR, Margins, margins_along, margins_at_poses
 from duocell.models.kinematics.branches import path_signs
 from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.kinematics.nominal import posture_form, singular_fifth
@@ -215,7 +215,7 @@ def _arm_numbers(
     """Parameters, bounds and row bounds of one arm."""
     poses = structure.poses
     segments = cell.task.segments
-    margins = margins_along(arm, SPARE) if clear else margins_at_poses(arm)
+    margins = margins_along(arm, MARGIN_FACTOR) if clear else margins_at_poses(arm)
     sides = [joint_bounds(arm, replace(point, joints=point.joints[segment]), margins) for segment in segments]
     lengths = [segment.stop - segment.start for segment in segments]
     low, high = (np.repeat([side[end] for side in sides], lengths, axis=0) for end in (0, 1))

@@ -1,7 +1,7 @@
 """Paths of one arm by continuation from many seeds at once: for arms whose branches are dear to enumerate.
 
 Every seed is a base, drawn from the search box, and a posture, drawn from the limits. Newton's method takes the
-posture to the middle pose of the task, and on from pose to pose to both ends; a redundant arm's spare freedom is
+posture to the middle pose of the task, and on from pose to pose to both ends; a redundant arm's self-motion is
 drawn towards the reference on the way. All seeds move together, so a hundred paths cost little more than one.
 
 From one segment of a task sequence to the next there is no way to follow: Newton's method starts anew at the middle of
@@ -32,7 +32,7 @@ FAR_ITERATIONS = 30
 REACHED = 1e-6
 """m and rad; the local solver does the rest."""
 PULL = 0.3
-"""Share of the way to the reference that spare freedom goes in one iteration."""
+"""Share of the way to the reference that self-motion goes in one iteration."""
 
 
 def continue_paths(

@@ -39,9 +39,9 @@ def add_contacts(
     model = scene.model
     if model is None:
         return
-    spare = model.bounds(places, scene.movable, scene.required + NEAR) - scene.required
-    nearest = np.argsort(spare, axis=None, kind="stable")[:MOST_ROWS]
-    at, pairs = np.unravel_index(nearest[spare.ravel()[nearest] < NEAR], spare.shape)
+    gaps = model.bounds(places, scene.movable, scene.required + NEAR) - scene.required
+    nearest = np.argsort(gaps, axis=None, kind="stable")[:MOST_ROWS]
+    at, pairs = np.unravel_index(nearest[gaps.ravel()[nearest] < NEAR], gaps.shape)
     contacts = [model.contact(places, int(k), int(pair)) for k, pair in zip(at, pairs, strict=True)]
     slopes = contact_gradients(model, places, at, contacts, bases)
     values = np.array([contact.distance for contact in contacts])

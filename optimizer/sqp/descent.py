@@ -26,8 +26,8 @@ ROUNDS = 50
 """Programs that one descent may solve."""
 RADIUS, SMALLEST_RADIUS, LARGEST_RADIUS = 0.1, 1e-5, 0.4
 """m that a base may move in a round along each axis: at first, before giving up, at most."""
-TURN, SPARE = 3.0, 3.0
-"""rad per m of that radius that a base may turn, and that a joint may move by the spare motion of a redundant arm."""
+TURN, NULLSPACE = 3.0, 3.0
+"""rad per m of that radius that a base may turn, and that a joint may move by the self-motion of a redundant arm."""
 STUCK = 6, 0.1
 """Rounds over which the violation of a layout that still has one must fall by this share."""
 POOR, GOOD = 0.25, 0.75
@@ -226,7 +226,7 @@ class _Descent:
 
 def _reach(cell: Cell, points: Sequence[ArmSolution], unknowns: Unknowns, radius: float) -> tuple[Floats, Floats]:
     """(C,) bounds of a step: the trust region, and the base regions."""
-    lower, upper = np.full(unknowns.count, -SPARE * radius), np.full(unknowns.count, SPARE * radius)
+    lower, upper = np.full(unknowns.count, -NULLSPACE * radius), np.full(unknowns.count, NULLSPACE * radius)
     for a, (arm, point) in enumerate(zip(cell.arms, points, strict=True)):
         own, region = unknowns.base(a), arm.base.bounds
         if arm.base.yaw_free:

@@ -23,7 +23,7 @@ INSIDE = 1e-7
 LEFT = 0.1
 """Share of the way to the end of reach that a step leaves."""
 REACH = np.square([SHOULDER, ELBOW])
-"""m² and 1, squares of front and elbow's sine that remain, but for `Scene.spare`."""
+"""m² and 1, squares of front and elbow's sine that remain, but for `Scene.margin_factor`."""
 DIFFERENCE = 1e-6
 """rad, of the differences of the posture's terms."""
 SINGULAR = 10.0
@@ -70,8 +70,8 @@ def _add_posture(rows: RowCollector, scene: Scene, index: int, form: ClosedForm,
     Front and elbow fall like the square root of the way to the end of reach: their squares are what a row can follow.
     A step that ends there is beyond it by the row's bend, where there is no layout at all: it stops short.
     """
-    q, reach = rows.samples.joints[index], scene.spare**2 * REACH
-    away = margins_along(scene.cell.arms[index], scene.spare).wrist
+    q, reach = rows.samples.joints[index], scene.margin_factor**2 * REACH
+    away = margins_along(scene.cell.arms[index], scene.margin_factor).wrist
     sides = np.array([signs[0], -signs[0] * signs[1], signs[2]])
     values = sides[:, None] * _terms(form, q)
     slopes = np.stack(
@@ -86,9 +86,9 @@ def _add_posture(rows: RowCollector, scene: Scene, index: int, form: ClosedForm,
     _add(rows, scene, index, k, slopes[2, k], values[2, k] - np.sin(away))
     t, k = np.nonzero(values[:2] < NEAR)
     size = np.abs(values[t, k])
-    spare = values[t, k] * size
-    left = reach[t] + LEFT * np.maximum(spare - reach[t], 0.0)
-    _add(rows, scene, index, k, 2.0 * size[:, None] * slopes[t, k], spare, left)
+    margin = values[t, k] * size
+    left = reach[t] + LEFT * np.maximum(margin - reach[t], 0.0)
+    _add(rows, scene, index, k, 2.0 * size[:, None] * slopes[t, k], margin, left)
 
 
 def _add_wrist(rows: RowCollector, scene: Scene, index: int, singular: float) -> None:
@@ -97,7 +97,7 @@ def _add_wrist(rows: RowCollector, scene: Scene, index: int, singular: float) ->
     side = np.where(np.sum(np.sin(fifth)) >= 0.0, 1.0, -1.0)
     values, slopes = side * np.sin(fifth), side * np.cos(fifth)
     k = np.flatnonzero(values < NEAR)
-    away = margins_along(scene.cell.arms[index], scene.spare).wrist
+    away = margins_along(scene.cell.arms[index], scene.margin_factor).wrist
     _add(rows, scene, index, k, slopes[k, None] * np.eye(6)[4], values[k] - np.sin(away))
 
 
@@ -111,8 +111,8 @@ def _add_conditioning(rows: RowCollector, scene: Scene, index: int, arm: Arm) ->
     wanted, poses = float(arm.min_conditioning or 0.0), rows.samples.poses
     values, slopes = conditioning_gradients(arm, rows.samples.joints[index][poses])
     j = np.flatnonzero(values < 2.0 * wanted)
-    spare = values[j] - wanted * (1.0 + NUDGE)
-    _add(rows, scene, index, poses[j], SINGULAR * slopes[j], SINGULAR * spare)
+    margin = values[j] - wanted * (1.0 + NUDGE)
+    _add(rows, scene, index, poses[j], SINGULAR * slopes[j], SINGULAR * margin)
 
 
 def _add(

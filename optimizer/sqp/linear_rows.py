@@ -88,15 +88,15 @@ class RowCollector:
     def through(self, arm: int, at: Ints, slopes: Floats) -> Floats:
         """(k, C) derivatives by the unknowns, from those by the joints (k, n) of one arm at samples (k,).
 
-        Between two poses the spare motion of a redundant arm is taken for what lies between theirs.
+        Between two poses the self-motion of a redundant arm is taken for what lies between theirs.
         """
         rows = np.zeros((len(at), self.unknowns.count))
-        ways, spare = self.along[arm], self.unknowns.spare[arm]
+        ways, nullspace = self.along[arm], self.unknowns.nullspace[arm]
         rows[:, self.unknowns.base(arm)] = np.einsum("kn,knb->kb", slopes, ways.by_base[at])
-        if spare:
+        if nullspace:
             pulled = np.einsum("kn,knd->kd", slopes, ways.by_nullspace[at])
             step, fraction = self.samples.step[at], self.samples.fraction[at]
             for pose, share in ((step, 1.0 - fraction), (step + 1, fraction)):
-                places = self.unknowns.first_spare[arm] + pose[:, None] * spare + np.arange(spare)
+                places = self.unknowns.first_nullspace[arm] + pose[:, None] * nullspace + np.arange(nullspace)
                 rows[np.arange(len(at))[:, None], places] += share[:, None] * pulled
         return rows

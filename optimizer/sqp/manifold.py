@@ -1,7 +1,7 @@
 """The layouts on which every arm is on its task: their unknowns, their directions, and the way back onto them.
 
-A layout has four unknowns per arm, its base, and for redundant arms one more per pose and spare joint, its motion in
-the null space of the Jacobian. All joints follow from these to first order by the Jacobian; `on_task` does the rest.
+A layout has four unknowns per arm, its base, and for redundant arms one more per pose and redundant joint, its motion
+in the nullspace of the Jacobian. All joints follow from these to first order by the Jacobian; `on_task` does the rest.
 """
 
 from __future__ import annotations
@@ -25,25 +25,25 @@ from duocell.optimizer.sqp.sensitivity import joints_by_base
 
 @dataclass(frozen=True, slots=True)
 class Unknowns:
-    """Where the unknowns of a layout are: four per base, then what redundant arms have to spare, pose by pose.
+    """Where the unknowns of a layout are: four per base, then those of redundant arms in the nullspace, pose by pose.
 
     Attributes:
-        spare: per arm, unknowns per pose. first_spare: per arm, the place of the first of them. count: of all unknowns.
+        nullspace: per arm, unknowns per pose. first_nullspace: per arm, the place of the first. count: of all unknowns.
     """
 
-    spare: tuple[int, ...]
-    first_spare: tuple[int, ...]
+    nullspace: tuple[int, ...]
+    first_nullspace: tuple[int, ...]
     count: int
 
     @staticmethod
     def of(cell: Cell) -> Unknowns:
         """The unknowns of a cell."""
-        spare = tuple(cell.freedom(arm).spare(arm.dof) for arm in cell.arms)
+        nullspace = tuple(cell.freedom(arm).nullspace(arm.dof) for arm in cell.arms)
         first, count = [], BASE * len(cell.arms)
-        for size in spare:
+        for size in nullspace:
             first.append(count)
             count += size * len(cell.task)
-        return Unknowns(spare, tuple(first), count)
+        return Unknowns(nullspace, tuple(first), count)
 
     def base(self, arm: int) -> slice:
         """Unknowns of one arm's base."""
@@ -51,9 +51,9 @@ class Unknowns:
 
     def own(self, arm: int, poses: int) -> Ints:
         """Indices of all unknowns of one arm."""
-        first = self.first_spare[arm]
+        first = self.first_nullspace[arm]
         return np.concatenate(
-            [np.arange(BASE * arm, BASE * (arm + 1)), np.arange(first, first + self.spare[arm] * poses)]
+            [np.arange(BASE * arm, BASE * (arm + 1)), np.arange(first, first + self.nullspace[arm] * poses)]
         )
 
 
@@ -73,8 +73,8 @@ class Directions:
 def directions(arm: Arm, rotation: Floats, joints: Floats) -> Directions:
     """Directions at joint values (K, n) rad; ``rotation`` (3, 3) or (K, 3, 3) are the base's axes in the world."""
     by_base = joints_by_base(arm.robot, rotation, joints)
-    spare = arm.dof - EQUATIONS
-    if spare == 0:
+    nullspace = arm.dof - EQUATIONS
+    if nullspace == 0:
         return Directions(by_base, np.zeros((*joints.shape, 0)))
     _, _, jacobians = forward_and_jacobian(chain_of(arm.robot), joints)
     _, _, rows = np.linalg.svd(jacobians)
@@ -94,9 +94,11 @@ def move(
     for a, (arm, point, ways) in enumerate(zip(cell.arms, points, along, strict=True)):
         base = step[unknowns.base(a)]
         q = point.joints + ways.by_base @ base
-        first, spare = unknowns.first_spare[a], unknowns.spare[a]
-        if spare:
-            q = q + np.einsum("mnd,md->mn", ways.by_nullspace, step[first : first + spare * len(q)].reshape(-1, spare))
+        first, nullspace = unknowns.first_nullspace[a], unknowns.nullspace[a]
+        if nullspace:
+            q = q + np.einsum(
+                "mnd,md->mn", ways.by_nullspace, step[first : first + nullspace * len(q)].reshape(-1, nullspace)
+            )
         position, yaw = point.position + base[:3], point.yaw + float(base[3])
         base_there = arm.base_in_world(position, yaw)
         targets = cell.flange_targets(arm, point.free)

@@ -50,7 +50,7 @@ def quadratic(cell: Cell, points: Sequence[ArmSolution], along: Sequence[Directi
         slopes = _slopes(ways)
         pull = _pull(cell, arm, point.joints)
         gradient[own] = np.einsum("mnc,mn->c", slopes, pull)
-        newton = _differences(cell, arm, point, ways) if unknowns.spare[a] == 0 else None
+        newton = _differences(cell, arm, point, ways) if unknowns.nullspace[a] == 0 else None
         if newton is None:
             weights = 2.0 * cell.task.weights[:, None] * arm.weights
             newton = np.einsum("mnc,mn,mnk->ck", slopes, weights, slopes)
@@ -66,11 +66,11 @@ def _pull(cell: Cell, arm: Arm, joints: Floats) -> Floats:
 
 def _slopes(ways: Directions) -> Floats:
     """(m, n, 4 + m d) derivatives of the joints by the arm's own unknowns."""
-    m, n, spare = ways.by_nullspace.shape
-    slopes = np.zeros((m, n, BASE + m * spare))
+    m, n, nullspace = ways.by_nullspace.shape
+    slopes = np.zeros((m, n, BASE + m * nullspace))
     slopes[:, :, :BASE] = ways.by_base
-    for d in range(spare):
-        slopes[np.arange(m), :, BASE + spare * np.arange(m) + d] = ways.by_nullspace[:, :, d]
+    for d in range(nullspace):
+        slopes[np.arange(m), :, BASE + nullspace * np.arange(m) + d] = ways.by_nullspace[:, :, d]
     return slopes
 
 

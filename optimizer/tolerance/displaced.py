@@ -49,7 +49,7 @@ class Displaced:
         followed: (N,) True where every arm takes every pose in its posture.
         margin: (N,) rad, smallest margin of a joint or of a linear limit at the poses.
         distance: (N,) m, lower bound of what the nearest pair keeps beyond the required distance.
-        spare: (N,) m or rad, the least that is left of anything.
+        least_margin: (N,) m or rad, the least that is left of anything.
     """
 
     def __init__(self, nominal: Nominal, errors: Floats) -> None:
@@ -65,7 +65,7 @@ class Displaced:
         if nominal.scene.model is not None:
             self._settled[...] = nominal.scene.model.exact_bounds
         self.distance: Floats = np.min(self._gaps - nominal.scene.required, axis=(1, 2), initial=np.inf)
-        self.spare: Floats = np.minimum(self._own, self.distance)
+        self.least_margin: Floats = np.minimum(self._own, self.distance)
 
     def __len__(self) -> int:
         return len(self.errors)
@@ -73,7 +73,7 @@ class Displaced:
     def broken(self) -> Bools:
         """(N,) True for layouts that cannot do the task any more; bounds that leave a doubt are replaced by Coal."""
         broken: Bools = self._own < -LIMITS
-        for i in np.flatnonzero(~broken & (self.spare < 0.0)):
+        for i in np.flatnonzero(~broken & (self.least_margin < 0.0)):
             broken[i] = self.nearest(int(i))[0] < 0.0
         return broken
 
@@ -81,10 +81,10 @@ class Displaced:
         """What a layout keeps beyond the required distances [m], at which place, by which pair; (inf, 0, 0) if none."""
         best = (np.inf, 0, 0)
         required = self.nominal.scene.required
-        spares = self._gaps[i] - required
-        for index in np.argsort(spares, axis=None, kind="stable"):
-            k, pair = (int(x) for x in np.unravel_index(index, spares.shape))
-            if not spares[k, pair] < best[0]:
+        margins = self._gaps[i] - required
+        for index in np.argsort(margins, axis=None, kind="stable"):
+            k, pair = (int(x) for x in np.unravel_index(index, margins.shape))
+            if not margins[k, pair] < best[0]:
                 break
             best = min(best, (self._exact(i, k, pair) - float(required[pair]), k, pair))
         return best
@@ -191,8 +191,8 @@ def _conditioning(arm: Arm, joints: Floats) -> Floats:
         return np.full(len(joints), np.inf)
     length = characteristic_length(arm.robot)
     values = conditioning_of(chain_of(arm.robot), arm.tool, joints.reshape(-1, arm.dof), length)
-    spare: Floats = np.min(values.reshape(joints.shape[:2]), axis=1) - arm.min_conditioning
-    return spare
+    least_margin: Floats = np.min(values.reshape(joints.shape[:2]), axis=1) - arm.min_conditioning
+    return least_margin
 
 
 def _picked(path: ArmPath, which: Ints) -> ArmPath:

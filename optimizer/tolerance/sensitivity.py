@@ -20,14 +20,14 @@ class Sensitivity:
     """Rows that must not become negative.
 
     Attributes:
-        spare: (R,) m or rad, of the layout as it should be.
+        margins: (R,) m or rad, of the layout as it should be.
         slopes: (R, A, 4) change by a whole error of each base in x, y, z and yaw.
-        margin: rad, smallest joint margin that errors leave; infinite if no joint has limits.
+        joint_margin: rad, smallest joint margin that errors leave; infinite if no joint has limits.
     """
 
-    spare: Floats
+    margins: Floats
     slopes: Floats
-    margin: float
+    joint_margin: float
 
     @property
     def worst(self) -> Floats:
@@ -39,7 +39,7 @@ class Sensitivity:
     def factors(self) -> Floats:
         """(R,) multiple of the errors at which a row is used up."""
         taken = self.worst
-        factors: Floats = np.where(taken > 0.0, self.spare / np.maximum(taken, 1e-300), np.inf)
+        factors: Floats = np.where(taken > 0.0, self.margins / np.maximum(taken, 1e-300), np.inf)
         return factors
 
 
@@ -51,19 +51,19 @@ def sensitivity(nominal: Nominal, size: Floats) -> Sensitivity:
         size: (4,) largest error in x, y, z [m] and yaw [rad].
     """
     limits, steps, contacts = _limits(nominal, size), _steps(nominal, size), _contacts(nominal, size)
-    spare, slopes = (np.concatenate(rows) for rows in zip(limits, steps, contacts, strict=True))
-    margin = limits[0] - np.sum(np.abs(limits[1]), axis=(1, 2))
-    return Sensitivity(spare, slopes, float(np.min(margin, initial=np.inf)))
+    margins, slopes = (np.concatenate(rows) for rows in zip(limits, steps, contacts, strict=True))
+    joint_margins = limits[0] - np.sum(np.abs(limits[1]), axis=(1, 2))
+    return Sensitivity(margins, slopes, float(np.min(joint_margins, initial=np.inf)))
 
 
 _Rows = tuple[Floats, Floats]
-"""Spare (R,) and slopes (R, A, 4)."""
+"""Margins (R,) and slopes (R, A, 4)."""
 
 
 def _limits(nominal: Nominal, size: Floats) -> _Rows:
     """For every limit the pose that comes nearest to it."""
     arms, m = nominal.cell.arms, nominal.poses
-    spare, slopes = [np.zeros(0)], [np.zeros((0, len(arms), BASE))]
+    margins, slopes = [np.zeros(0)], [np.zeros((0, len(arms), BASE))]
     for a, arm in enumerate(arms):
         bounded, moves = arm.bounded(nominal.joints[a][:m]), arm.bounded_slopes @ (nominal.follow[a][:m] * size)
         for side, margin in ((1.0, bounded - arm.bounded_lower), (-1.0, arm.bounded_upper - bounded)):
@@ -71,15 +71,15 @@ def _limits(nominal: Nominal, size: Floats) -> _Rows:
             worst = np.argmin(margin - np.sum(np.abs(moves), axis=2), axis=0)[limited]
             rows = np.zeros((len(limited), len(arms), BASE))
             rows[:, a] = side * moves[worst, limited]
-            spare.append(margin[worst, limited])
+            margins.append(margin[worst, limited])
             slopes.append(rows)
-    return np.concatenate(spare), np.concatenate(slopes)
+    return np.concatenate(margins), np.concatenate(slopes)
 
 
 def _steps(nominal: Nominal, size: Floats) -> _Rows:
     """For every joint the longest step."""
     arms, m = nominal.cell.arms, nominal.poses
-    spare, slopes = [np.zeros(0)], [np.zeros((0, len(arms), BASE))]
+    margins, slopes = [np.zeros(0)], [np.zeros((0, len(arms), BASE))]
     for a, arm in enumerate(arms):
         joined = nominal.cell.task.joined
         step = np.diff(nominal.joints[a][:m], axis=0)[joined]
@@ -90,9 +90,9 @@ def _steps(nominal: Nominal, size: Floats) -> _Rows:
         joints = np.arange(arm.dof)
         rows = np.zeros((arm.dof, len(arms), BASE))
         rows[:, a] = -np.sign(step[worst, joints])[:, None] * change[worst, joints]
-        spare.append(nominal.cell.max_joint_step - np.abs(step[worst, joints]))
+        margins.append(nominal.cell.max_joint_step - np.abs(step[worst, joints]))
         slopes.append(rows)
-    return np.concatenate(spare), np.concatenate(slopes)
+    return np.concatenate(margins), np.concatenate(slopes)
 
 
 def _contacts(nominal: Nominal, size: Floats) -> _Rows:
@@ -100,10 +100,10 @@ def _contacts(nominal: Nominal, size: Floats) -> _Rows:
     model, arms = nominal.scene.model, nominal.cell.arms
     if model is None:
         return np.zeros(0), np.zeros((0, len(arms), BASE))
-    spare = nominal.gaps - nominal.scene.required
-    places = np.argmin(spare, axis=0)
-    nearest = np.argsort(spare[places, np.arange(spare.shape[1])], kind="stable")[:PAIRS]
-    nearest = nearest[np.isfinite(spare[places[nearest], nearest])]
+    margins = nominal.gaps - nominal.scene.required
+    places = np.argmin(margins, axis=0)
+    nearest = np.argsort(margins[places, np.arange(margins.shape[1])], kind="stable")[:PAIRS]
+    nearest = nearest[np.isfinite(margins[places[nearest], nearest])]
     at = places[nearest]
     here = model.configure(nominal.bases, nominal.joints, nominal.objects, nominal.segments)
     contacts = [model.contact(here, int(k), int(pair)) for k, pair in zip(at, nearest, strict=True)]

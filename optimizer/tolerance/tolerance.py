@@ -64,7 +64,7 @@ def tolerance_of(
         samples=len(errors),
         feasible=float(np.mean(~broken)),
         margin=float(np.min(displaced.margin[displaced.followed])) if np.any(displaced.followed) else -np.inf,
-        margin_by_sensitivity=rows.margin,
+        margin_by_sensitivity=rows.joint_margin,
         clearances=distances,
         largest=largest,
         note=f"beyond {largest:.2g} times these errors {what}"
@@ -137,7 +137,7 @@ class _AtPoses:
         if not np.any(broken):
             return ""
         self.suspects = self.suspects[broken]
-        return first_break(displaced, int(np.argmin(np.where(broken, displaced.spare, np.inf))))
+        return first_break(displaced, int(np.argmin(np.where(broken, displaced.least_margin, np.inf))))
 
 
 class _Bisection:

@@ -13,12 +13,12 @@ def first_break(displaced: Displaced, i: int) -> str:
     """What layout ``i`` breaks at its poses, a clause; empty if nothing."""
     if not displaced.followed[i]:
         return _lost(displaced, i)
-    spare, place, pair = displaced.nearest(i)
+    gap_margin, place, pair = displaced.nearest(i)
     own = [min(path.margin[i], path.step[i], path.conditioning[i]) for path in displaced.paths]
     a = int(np.argmin(own))
-    if min(own[a], spare) >= 0.0:
+    if min(own[a], gap_margin) >= 0.0:
         return ""
-    return _own(displaced, i, a) if own[a] < spare else _contact(displaced, place, pair)
+    return _own(displaced, i, a) if own[a] < gap_margin else _contact(displaced, place, pair)
 
 
 def break_between(path: PathClearance) -> str:

@@ -12,7 +12,7 @@ from duocell.models.base.kept import KEPT
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.coupling import Rows
 from duocell.models.cell.floor import Footprint
-from duocell.models.cell.singular_margins import SPARE
+from duocell.models.cell.singular_margins import MARGIN_FACTOR
 from duocell.models.cell.surroundings import PairClass
 from duocell.models.collision.collision import CollisionModel, Configurations
 from duocell.models.robot.arm import Arm
@@ -41,7 +41,7 @@ class Scene:
         between: (pose, fraction of the way to the next) of places at which a refinement keeps everything besides those
             that it samples by itself.
         dips: (arm, pose, fraction) near which an arm comes near to a singular set on its way to the next pose.
-        spare: how many times the margins to singular sets a refinement keeps, because it sees a way at few places only.
+        margin_factor: how many times the margins to singular sets a refinement keeps, because it sees few places only.
     """
 
     cell: Cell
@@ -52,7 +52,7 @@ class Scene:
     footprints: tuple[Footprint, ...]
     between: tuple[tuple[int, float], ...] = ()
     dips: tuple[tuple[int, int, float], ...] = ()
-    spare: float = SPARE
+    margin_factor: float = MARGIN_FACTOR
 
     @staticmethod
     def of(cell: Cell, holders: Sequence[Arm] | None = None) -> Scene:
@@ -109,31 +109,31 @@ class Scene:
         bases = np.stack([self.bases(points) for points in layouts])
         joints = [np.stack([points[a].joints for points in layouts]) for a in range(len(self.cell.arms))]
         places = model.configure_layouts(bases, joints, self.cell.task.poses, self.cell.task.segment_of)
-        spare = (model.bounds(places, self.movable, self.required) - self.required).reshape(len(layouts), m, -1)
-        short = np.flatnonzero(np.min(spare, axis=(1, 2), initial=np.inf) < -KEPT)
+        margins = (model.bounds(places, self.movable, self.required) - self.required).reshape(len(layouts), m, -1)
+        short = np.flatnonzero(np.min(margins, axis=(1, 2), initial=np.inf) < -KEPT)
         if len(short):
             counted = model.counted_layouts(bases[short])
-            here = np.where(counted[:, None], spare[short], np.inf).reshape(len(short), -1)
+            here = np.where(counted[:, None], margins[short], np.inf).reshape(len(short), -1)
             violations[short] = self._worst(model, places, m * short, here)
         return violations
 
-    def _worst(self, model: CollisionModel, places: Configurations, first: Ints, spare: Floats) -> Floats:
+    def _worst(self, model: CollisionModel, places: Configurations, first: Ints, margins: Floats) -> Floats:
         """(L,) m, largest shortfalls, 0 where there is none or less than `KEPT`.
 
         Args:
             model: of the cell. places: of all layouts. first: (L,) the place of each layout's first pose.
-            spare: (L, m · P) m, lower bounds of what pairs have to spare; used up.
+            margins: (L, m · P) m, lower bounds of what pairs keep beyond what is required; used up.
         """
-        least: Floats = np.zeros(len(spare))
+        least: Floats = np.zeros(len(margins))
         while True:
-            nearest = np.argmin(spare, axis=1)
-            layouts = np.flatnonzero(spare[np.arange(len(spare)), nearest] < least)
+            nearest = np.argmin(margins, axis=1)
+            layouts = np.flatnonzero(margins[np.arange(len(margins)), nearest] < least)
             if not len(layouts):
                 return np.where(least < -KEPT, -least, 0.0)
             k, pairs = np.divmod(nearest[layouts], len(self.required))
             gaps = model.distances(places, first[layouts] + k, pairs) - self.required[pairs]
             least[layouts] = np.minimum(least[layouts], gaps)
-            spare[layouts, nearest[layouts]] = np.inf
+            margins[layouts, nearest[layouts]] = np.inf
 
     def certify(self, points: Sequence[ArmSolution]) -> PathClearance:
         """The full check of the path at and between its poses."""

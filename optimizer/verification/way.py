@@ -28,7 +28,7 @@ from duocell.models.base.arrays import Bools, Floats, Ints
 from duocell.models.base.pose import inverse
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.pose_freedom import EQUATIONS
-from duocell.models.cell.singular_margins import keeps_margins, spare_terms, violations_at_poses
+from duocell.models.cell.singular_margins import keeps_margins, margin_terms, violations_at_poses
 from duocell.models.cell.task import Task
 from duocell.models.kinematics.branches import solve_signed
 from duocell.models.kinematics.closed_form import ClosedForm, closed_form
@@ -160,7 +160,7 @@ def follow_way(cell: Cell, arm: Arm, point: ArmSolution, resolution: Resolution 
         if level == LEVELS:
             arrived &= ~far | _turns_in_place(arm, found)
         if watched:
-            arrived &= np.all(spare_terms(arm, found) + relief[open_.step] >= 0.0, axis=-1)
+            arrived &= np.all(margin_terms(arm, found) + relief[open_.step] >= 0.0, axis=-1)
         if not np.all(arrived):
             lost = open_[~arrived]
             breaks += [Break(arm.name, int(s), float(f)) for s, f in zip(lost.step, lost.middle, strict=True)]
@@ -169,8 +169,8 @@ def follow_way(cell: Cell, arm: Arm, point: ArmSolution, resolution: Resolution 
         halves = open_.halves(found)
         close = _may_leave_limits(arm, halves, sag) & np.tile(_long(path, open_, resolution), 2)
         if watched:
-            spare = spare_terms(arm, np.stack([open_.before, found, open_.after])) + relief[open_.step]
-            close |= _may_touch(spare)
+            terms = margin_terms(arm, np.stack([open_.before, found, open_.after])) + relief[open_.step]
+            close |= _may_touch(terms)
         open_ = halves[close | np.tile(far, 2)]
     return Way(tuple(breaks), tuple(beyond[i] for i in sorted(beyond)), samples)
 
@@ -278,9 +278,9 @@ def _at_poses(arm: Arm, task: Task, joints: Floats) -> tuple[Ints, Floats]:
     return np.flatnonzero(touching), relief
 
 
-def _may_touch(spares: Floats) -> Bools:
-    """(2 I,) True where a singularity may be too near on a half, from what is spare (3, I, k) at three places."""
-    before, middle, after = spares
+def _may_touch(terms: Floats) -> Bools:
+    """(2 I,) True where a singularity may be too near on a half, from margin terms (3, I, k) at three places."""
+    before, middle, after = terms
     bowed = 0.5 * SAFETY * np.abs(middle - 0.5 * (before + after))
     doubtful: Bools = np.any(np.concatenate([np.minimum(end, middle) <= bowed for end in (before, after)]), axis=-1)
     return doubtful

@@ -13,7 +13,7 @@ from duocell.service.common.issues import InvalidRequest, Issue
 from duocell.service.settings import Limits
 from duocell.service.validation.count_limits import CODE
 
-SPARE = 1000
+ONCE = 1000
 """Of each, for what is there once."""
 
 
@@ -36,9 +36,9 @@ def most_allowed(limits: Limits) -> Structure:
     corners = (limits.max_polygons + 2 * arms + 1) * limits.max_corners
     ties = limits.max_couplings * (arms + 10)
     return Structure(
-        objects=poses * (5 + 2 * arms) + 5 * solids + 40 * arms + limits.max_couplings + SPARE,
-        lists=poses * (6 + 4 * arms) + 8 * solids + corners + 60 * arms + 3 * limits.max_couplings + SPARE,
-        values=poses * (20 + 24 * arms) + 30 * solids + 3 * corners + 460 * arms + ties + SPARE,
+        objects=poses * (5 + 2 * arms) + 5 * solids + 40 * arms + limits.max_couplings + ONCE,
+        lists=poses * (6 + 4 * arms) + 8 * solids + corners + 60 * arms + 3 * limits.max_couplings + ONCE,
+        values=poses * (20 + 24 * arms) + 30 * solids + 3 * corners + 460 * arms + ties + ONCE,
     )
 
 

@@ -82,10 +82,10 @@ class SomePairs:
         own = frames[:, self.bodies.frames]
         ends: Floats = self.bodies.ends @ own[..., :3, :3].swapaxes(-1, -2) + own[..., None, :3, 3]
         every: Bools = np.ones(len(self.pairs), dtype=np.bool_)
-        spare = self.bounds.up_to(frames, ends, every, self.required) - self.required
+        margins = self.bounds.up_to(frames, ends, every, self.required) - self.required
         if np.any(self.segments != EVERY):
-            spare[(self.segments != EVERY) & (self.segments != segments[:, None])] = np.inf
-        violations: Floats = np.maximum(-spare, 0.0)
+            margins[(self.segments != EVERY) & (self.segments != segments[:, None])] = np.inf
+        violations: Floats = np.maximum(-margins, 0.0)
         k, pairs = np.nonzero((violations > 0.0) & ~self.bounds.exact)
         violations[k, pairs] = self._upper(frames, ends, k, pairs)
         return violations

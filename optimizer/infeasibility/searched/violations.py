@@ -188,11 +188,11 @@ def _contacts(
     b = model.bodies
     obstacles = {name.name: k for k, name in enumerate(scene.cell.surroundings.obstacles)}
     places = model.configure(scene.bases(points), samples.joints, samples.objects, samples.segments)
-    spare = model.bounds(places, scene.movable) - scene.required
+    margins = model.bounds(places, scene.movable) - scene.required
     seen: set[Violation] = set()
-    for index in np.argsort(spare, axis=None, kind="stable")[:MOST_CONTACTS]:
-        k, pair = (int(i) for i in np.unravel_index(index, spare.shape))
-        if not spare[k, pair] < -KEPT:
+    for index in np.argsort(margins, axis=None, kind="stable")[:MOST_CONTACTS]:
+        k, pair = (int(i) for i in np.unravel_index(index, margins.shape))
+        if not margins[k, pair] < -KEPT:
             break
         check_stop()
         owners = (b.owners[b.first[pair]], b.owners[b.second[pair]])

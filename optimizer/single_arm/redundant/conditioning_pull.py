@@ -1,4 +1,4 @@
-"""Spare freedom against singularities: where σmin/σmax is too small, joints are drawn towards more of it."""
+"""Self-motion against singularities: where σmin/σmax is too small, joints are drawn towards more of it."""
 
 from __future__ import annotations
 

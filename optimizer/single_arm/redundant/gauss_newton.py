@@ -2,7 +2,7 @@
 
 Every pose of every seed is linearised about its own joints; the joints are eliminated pose by pose (a 6x6 system
 each), what is left is a system of at most four unknowns per seed, its base. Joint limits are an active set of stiff
-springs, the spare freedom of a pose goes a share of its way downhill in every iteration.
+springs, the self-motion of a pose goes a share of its way downhill in every iteration.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ class Iterations:
     """How to iterate.
 
     Attributes:
-        count: iterations. pull: share of the way downhill that spare freedom goes at first, in [0, 1]; 0 for none.
+        count: iterations. pull: share of the way downhill that self-motion goes at first, in [0, 1]; 0 for none.
         penalty: of a squared radian beyond a limit, in units of the mean joint weight.
         base_moves: False to leave the bases where they are.
         apart: the poses of a seed have nothing in common but a base that stays: each has a step size of its own.
         steps: also keep the steps between poses; not where there are poses between them that are left out.
         restraint: m or rad: a pose with so large an error goes half as fast downhill, for it has to arrive first.
-        conditioning: σmin/σmax to be kept by spare freedom where it is less, or 0.
+        conditioning: σmin/σmax to be kept by self-motion where it is less, or 0.
     """
 
     count: int

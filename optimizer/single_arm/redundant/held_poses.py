@@ -1,7 +1,7 @@
 """Poses at which the part is held still: many of a task, but one place to be reached.
 
-Where the part rests, a few poses at either end of the rest leave an arm with spare freedom the time to turn into
-another posture, and one pose that has the weight of all others stands for these. An arm without spare freedom cannot
+Where the part rests, a few poses at either end of the rest leave a redundant arm the time to turn into
+another posture, and one pose that has the weight of all others stands for these. An arm without redundancy cannot
 move while the part rests, so one pose stands for all. Searched is the small task; what is found there is the start of a
 local solve on the whole one.
 """

@@ -16,7 +16,7 @@ from duocell.optimizer.single_arm.redundant.unreduced_problem import UnreducedPr
 METRES_PER_RADIAN = 0.4
 """A turn of a radian counts as much as this way."""
 TIE = 1e-9
-SPARED = 2
+WHOLE = 2
 """A segment with so few poses more than asked for is looked at whole."""
 
 
@@ -41,7 +41,7 @@ def _nearest(problem: UnreducedProblem, segment: slice, wanted: Floats) -> Ints:
     """Indices of the poses of a segment at these shares of the measure."""
     way, weights = travelled(problem, segment), problem.weights[segment]
     count = len(way)
-    if count <= len(wanted) + SPARED and len(wanted) > 1:
+    if count <= len(wanted) + WHOLE and len(wanted) > 1:
         return np.arange(segment.start, segment.stop)
     total = float(np.sum(weights))
     weights = weights / total if total > 0.0 else np.full(count, 1.0 / count)

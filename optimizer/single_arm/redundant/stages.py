@@ -178,7 +178,7 @@ def carried(problem: UnreducedProblem, seeds: Seeds, poses: Ints, parameters: Un
 
 
 def well_conditioned(problem: UnreducedProblem, seeds: Seeds, parameters: UnreducedParameters) -> Seeds:
-    """Seeds, and beside those that violate the conditioning what becomes of them when spare freedom is drawn to it."""
+    """Seeds, and beside those that violate the conditioning what becomes of them when self-motion is drawn to it."""
     wanted = problem.arm.min_conditioning or 0.0
     singular = np.flatnonzero(figures(problem, seeds, wanted).violation > 0.0)
     if not len(singular):

@@ -25,7 +25,7 @@ from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, Unre
 INSIDE = 5e-3
 """rad by which limits and steps are narrowed, so that soft limits are kept by what the task leaves."""
 CONDITIONED = 4
-"""Iterations in which spare freedom is drawn to the conditioning asked for, if any is: dear, an SVD per joint."""
+"""Iterations in which self-motion is drawn to the conditioning asked for, if any is: dear, an SVD per joint."""
 EXACT = 1e-7
 """m and rad, largest error of a path that counts as on the task."""
 ENOUGH = 30

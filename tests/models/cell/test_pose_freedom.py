@@ -52,7 +52,7 @@ def test_without_a_freedom_a_pose_is_six_equations() -> None:
     asked = cell.freedom(arm)
     assert asked.exact
     assert (asked.equations, asked.count, asked.names) == (6, 0, ())
-    assert [asked.spare(dof) for dof in (6, 7)] == [0, 1]
+    assert [asked.nullspace(dof) for dof in (6, 7)] == [0, 1]
     assert np.array_equal(asked.targets(), cell.flange_targets(arm))
     assert np.array_equal(cell.flange_targets(arm), cell.task.poses @ arm.grasp @ inverse(arm.tool))
 
@@ -62,7 +62,7 @@ def test_displacements_are_in_the_frame_that_is_named(frame: Frame) -> None:
     axes = rotation_from_rpy([0.3, -0.4, 0.9])
     cell, arm = cell_of(freedom({0: (-0.1, 0.1), 7: (-3.0, 3.0)}, frame, axes))
     asked = cell.freedom(arm)
-    assert (asked.names, asked.spare(6), asked.exact) == (("x", "turn_z"), 2, False)
+    assert (asked.names, asked.nullspace(6), asked.exact) == (("x", "turn_z"), 2, False)
     values = np.random.default_rng(4).uniform(-0.1, 0.1, (M, 2))
     turned = transform(axes, np.zeros(3))
     for j, (x, angle) in enumerate(values):

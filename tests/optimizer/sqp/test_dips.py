@@ -9,7 +9,7 @@ import pytest
 
 from bench.trials.coupled_tasks import coupled_task
 from duocell.models.base.pose import inverse
-from duocell.models.cell.singular_margins import spare_terms
+from duocell.models.cell.singular_margins import margin_terms
 from duocell.models.kinematics.branches import signs_of
 from duocell.models.kinematics.closed_form import closed_form
 from duocell.optimizer.clearance.path_samples import follow
@@ -32,8 +32,8 @@ def known_layout() -> tuple[Scene, list[ArmSolution]]:
     return Scene.of(task.cell), points
 
 
-def spare_along(scene: Scene, index: int, point: ArmSolution, step: int) -> np.ndarray:
-    """(301,) the least spare term on a step, the arm followed by Newton's method from place to place."""
+def margin_along(scene: Scene, index: int, point: ArmSolution, step: int) -> np.ndarray:
+    """(301,) the least margin term on a step, the arm followed by Newton's method from place to place."""
     arm, q = scene.cell.arms[index], point.joints[step]
     form, base = closed_form(arm.robot), arm.base_in_world(point.position, point.yaw)
     assert form is not None
@@ -43,33 +43,33 @@ def spare_along(scene: Scene, index: int, point: ArmSolution, step: int) -> np.n
         joints, good = follow(arm.robot, base, flange[None], q[None], q[None])
         assert good.all()
         q = joints[0]
-        found.append(float(np.min(spare_terms(arm, q))))
+        found.append(float(np.min(margin_terms(arm, q))))
     return np.array(found)
 
 
 @pytest.fixture(scope="module")
 def case():
-    """A scene, its layout, and what is spare on every step of every arm."""
+    """A scene, its layout, and the margins on every step of every arm."""
     scene, points = known_layout()
     steps = range(len(scene.cell.task) - 1)
-    return scene, points, {(a, k): spare_along(scene, a, points[a], k) for a in range(len(points)) for k in steps}
+    return scene, points, {(a, k): margin_along(scene, a, points[a], k) for a in range(len(points)) for k in steps}
 
 
 def test_a_dip_is_found_again_from_beside_it(case):
-    scene, points, spare_on = case
+    scene, points, margins_of = case
     looked_at = 0
-    for (index, step), spare in spare_on.items():
-        for k in np.flatnonzero((spare[1:-1] < spare[:-2]) & (spare[1:-1] < spare[2:])) + 1:
+    for (index, step), margin in margins_of.items():
+        for k in np.flatnonzero((margin[1:-1] < margin[:-2]) & (margin[1:-1] < margin[2:])) + 1:
             beside = float(np.clip(FINE[k] + 0.3 * NEAR, 0.01, 0.99))
             ((found_step, fraction),) = followed_dips(replace(scene, dips=((index, step, beside),)), points)
-            around = spare[np.abs(FINE - fraction) <= 4e-3]
+            around = margin[np.abs(FINE - fraction) <= 4e-3]
             assert found_step == step
-            assert np.min(around) <= np.min(spare[np.abs(FINE - beside) <= NEAR]) + 1e-6
+            assert np.min(around) <= np.min(margin[np.abs(FINE - beside) <= NEAR]) + 1e-6
             looked_at += 1
     assert looked_at > 0
 
 
 def test_a_way_that_keeps_its_margins_has_no_dips_to_be_asked_for(case):
-    scene, points, spare_on = case
-    for (index, step), spare in spare_on.items():
-        assert (min(spare) < 0.0) == bool(dips(scene, index, points[index], step))
+    scene, points, margins_of = case
+    for (index, step), margin in margins_of.items():
+        assert (min(margin) < 0.0) == bool(dips(scene, index, points[index], step))

@@ -44,7 +44,7 @@ def test_a_moved_layout_is_exactly_on_its_task_and_moves_as_the_directions_say(n
         assert np.allclose(moved[0].position - point.position, step[:3], atol=1e-12)
     change = moved[0].joints - point.joints
     expected = along[0].by_base @ step[:4]
-    if unknowns.spare[0]:
+    if unknowns.nullspace[0]:
         expected = expected + np.einsum("mnd,md->mn", along[0].by_nullspace, step[4:].reshape(len(cell.task), -1))
     assert np.abs(change - expected).max() < 1e-7
 
@@ -79,6 +79,6 @@ def test_the_model_of_the_objective_is_right_to_first_and_for_plain_arms_to_seco
         assert (cost(1e-4) - cost(-1e-4)) / 2e-4 == pytest.approx(float(model.gradient @ way), rel=1e-4, abs=1e-3)
         wide = 2e-3  # followed joints are good to 1e-8: closer differences of second order are noise
         bend = (cost(wide) + cost(-wide) - 2.0 * start) / wide**2
-        if not unknowns.spare[0]:  # raised where it is not convex, true elsewhere
+        if not unknowns.nullspace[0]:  # raised where it is not convex, true elsewhere
             assert float(way @ model.curvature @ way) >= bend - 0.05 * abs(bend) - 1.0
     assert np.all(np.linalg.eigvalsh(model.curvature) > 0.0)

@@ -157,7 +157,7 @@ def test_from_one_segment_to_the_next_a_joint_may_take_another_turn():
     assert tolerance_of(one_segment, [replace(placements[0], joints=turned)], (), asked).feasible == 0.0
 
 
-def spare(cell: Cell, placements, error) -> float:
+def least_margin(cell: Cell, placements, error) -> float:
     """What a layout with errors (A, 4) keeps of limits, steps and distances, by Pinocchio and Coal."""
     model = CollisionModel(cell.arms, cell.surroundings).bolted(
         np.stack([arm.base_in_world(p.position, p.yaw) for arm, p in zip(cell.arms, placements, strict=True)])
@@ -189,7 +189,7 @@ def test_no_error_inside_the_largest_tolerance_breaks_anything(seed):
     out /= np.linalg.norm(out)
     gap = nearest_ball(with_ball(cell, joint + 0.4 * out), placements)
     cell = with_ball(cell, joint + (0.4 - gap + 0.01 + rng.uniform(0.002, 0.015)) * out)
-    assume(spare(cell, placements, np.zeros((2, 4))) > 1e-3)  # it may have come near to another link
+    assume(least_margin(cell, placements, np.zeros((2, 4))) > 1e-3)  # it may have come near to another link
     size = ToleranceSettings(rng.uniform(1e-3, 4e-3), rng.uniform(1e-3, 4e-3))
     found = tolerance_of(cell, placements, (), size)
     assert found.largest > 0.0
@@ -197,7 +197,7 @@ def test_no_error_inside_the_largest_tolerance_breaks_anything(seed):
     for k in range(16):
         error = rng.uniform(-1.0, 1.0, (2, 4))
         error = np.sign(error) if k % 2 else error
-        assert spare(cell, placements, error * largest) > -1e-6
+        assert least_margin(cell, placements, error * largest) > -1e-6
 
 
 def nearest_ball(cell: Cell, placements) -> float:
@@ -227,7 +227,7 @@ def test_between_the_poses_distances_count_too():
     cell = with_ball(cell, middle + (0.3 - gap + 0.005) * out)
     seen = optimum_clearances(cell, scene)
     assert seen[0].fraction not in (0.0, 1.0)
-    assert spare(cell, placements, np.zeros((2, 4))) > 0.0035  # beyond what is required, at the poses
+    assert least_margin(cell, placements, np.zeros((2, 4))) > 0.0035  # beyond what is required, at the poses
     found = tolerance_of(cell, placements, seen, ToleranceSettings(1e-3, 0.0))
     assert found.clearances["arm_obstacle"] < seen[0].distance < 0.0085
     assert 0.0 < found.largest < 3.0

@@ -110,14 +110,19 @@ def rotation_from_quaternion(quaternion: ArrayLike) -> Floats:
     Raises:
         InvalidRotation: the length of one is not within 1e-3 of one; the detail speaks of the first.
     """
-    q = _numbers(quaternion, (4,), "quaternion [x, y, z, w]")
+    return _from_quaternion(_numbers(quaternion, (4,), "quaternion [x, y, z, w]"), "xyzw")
+
+
+def _from_quaternion(q: Floats, order: str) -> Floats:
+    """Rotations (..., 3, 3) of quaternions [x, y, z, w] (..., 4); ``order`` is that in which they were given."""
     lengths = np.array([hypot(*row) for row in q.reshape(-1, 4).tolist()])
     wrong = np.abs(lengths - 1.0) > TOLERANCE
     if wrong.any():
         length = lengths[np.argmax(wrong)]
-        advice = "No rotation at all is [0, 0, 0, 1]." if length < TOLERANCE else "Normalise it."
+        unturned = "[0, 0, 0, 1]" if order == "xyzw" else "[1, 0, 0, 0]"
+        advice = f"No rotation at all is {unturned}." if length < TOLERANCE else "Normalise it."
         raise InvalidRotation(
-            f"quaternion [x, y, z, w] has length {length:.6g}; it must be 1 to within {TOLERANCE:g}. {advice}"
+            f"quaternion [{', '.join(order)}] has length {length:.6g}; it must be 1 to within {TOLERANCE:g}. {advice}"
         )
     x, y, z, w = np.moveaxis(q / lengths.reshape(*q.shape[:-1], 1), -1, 0)
     rows = (
@@ -186,6 +191,49 @@ def rotation_from_oat(angles: ArrayLike) -> Floats:
     """
     o, a, t = np.moveaxis(_numbers(angles, (3,), "oat [O, A, T]"), -1, 0)
     return rotation_z(o - pi / 2) @ rotation_y(pi / 2 - a) @ rotation_z(t)
+
+
+def rotation_from_quaternion_wxyz(quaternion: ArrayLike) -> Floats:
+    """Rotations (..., 3, 3) of quaternions ``[w, x, y, z]`` (..., 4), the order of ABB controllers (q1 to q4).
+
+    Raises:
+        InvalidRotation: the length of one is not within 1e-3 of one; the detail speaks of the first.
+    """
+    return _from_quaternion(_numbers(quaternion, (4,), "quaternion [w, x, y, z]")[..., [1, 2, 3, 0]], "wxyz")
+
+
+def rotation_from_axis_angle(vector: ArrayLike) -> Floats:
+    """Rotations (..., 3, 3) of rotation vectors (..., 3) rad: axis times angle, rx, ry, rz of Universal Robots.
+
+    Raises:
+        InvalidRotation: not three finite numbers.
+    """
+    v = _numbers(vector, (3,), "axis_angle [rx, ry, rz]")
+    angle = np.linalg.norm(v, axis=-1)
+    half = 0.5 * angle
+    # sin(angle / 2) / angle, which tends to 1 / 2.
+    scale = 0.5 * np.sinc(half / pi)
+    return _from_quaternion(np.concatenate([v * scale[..., None], np.cos(half)[..., None]], axis=-1), "xyzw")
+
+
+def rotation_from_abc_deg(angles: ArrayLike) -> Floats:
+    """``Rz(A) Ry(B) Rx(C)``, (..., 3, 3), of ``[A, B, C]`` (..., 3) degrees, as KUKA controllers write them.
+
+    Raises:
+        InvalidRotation: not three finite numbers.
+    """
+    a, b, c = np.moveaxis(np.radians(_numbers(angles, (3,), "abc_deg [A, B, C]")), -1, 0)
+    return rotation_z(a) @ rotation_y(b) @ rotation_x(c)
+
+
+def rotation_from_wpr_deg(angles: ArrayLike) -> Floats:
+    """``Rz(R) Ry(P) Rx(W)``, (..., 3, 3), of ``[W, P, R]`` (..., 3) degrees, as FANUC controllers write them.
+
+    Raises:
+        InvalidRotation: not three finite numbers.
+    """
+    w, p, r = np.moveaxis(np.radians(_numbers(angles, (3,), "wpr_deg [W, P, R]")), -1, 0)
+    return rotation_z(r) @ rotation_y(p) @ rotation_x(w)
 
 
 # --- measures and ways back -------------------------------------------------------------------------------------------

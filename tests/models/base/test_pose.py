@@ -53,6 +53,58 @@ def test_euler_zyz_is_about_moving_axes(angles: tuple[float, float, float]) -> N
 
 
 @given(TRIPLES)
+def test_axis_angle_is_a_rotation_vector(vector: tuple[float, float, float]) -> None:
+    assert close(pose.rotation_from_axis_angle(vector), Rotation.from_rotvec(vector).as_matrix())
+    tiny = 1e-160 * np.array(vector)
+    assert close(pose.rotation_from_axis_angle(tiny), np.eye(3))
+
+
+@given(TRIPLES)
+def test_the_angles_of_kuka_and_fanuc_are_in_degrees(angles: tuple[float, float, float]) -> None:
+    degrees = 50.0 * np.array(angles)
+    assert close(pose.rotation_from_abc_deg(degrees), Rotation.from_euler("ZYX", degrees, degrees=True).as_matrix())
+    assert close(pose.rotation_from_wpr_deg(degrees), Rotation.from_euler("xyz", degrees, degrees=True).as_matrix())
+
+
+@given(TRIPLES)
+def test_fanuc_angles_are_the_quaternion_that_a_maker_of_cameras_publishes(
+    angles: tuple[float, float, float],
+) -> None:
+    # "FANUC XYZ-WPR format" in the manual of the rc_visard, Roboception.
+    w, p, r = 25.0 * np.array(angles)
+    (cw, cp, cr), (sw, sp, sr) = np.cos(np.radians([w, p, r]) / 2), np.sin(np.radians([w, p, r]) / 2)
+    quaternion = [
+        cr * cp * sw - sr * sp * cw,
+        cr * sp * cw + sr * cp * sw,
+        sr * cp * cw - cr * sp * sw,
+        cr * cp * cw + sr * sp * sw,
+    ]
+    assert close(pose.rotation_from_wpr_deg([w, p, r]), pose.rotation_from_quaternion(quaternion))
+
+
+@given(TRIPLES)
+def test_kuka_angles_come_back_by_the_formulas_of_the_controller(angles: tuple[float, float, float]) -> None:
+    # MAT_TO_ROT of KUKA's own library: A = atan2(t21, t11), C from t3x and the other columns.
+    t = pose.rotation_from_abc_deg(20.0 * np.array(angles))
+    a = np.arctan2(t[1, 0], t[0, 0])
+    b = np.arctan2(-t[2, 0], np.hypot(t[0, 0], t[1, 0]))
+    c = np.arctan2(np.sin(a) * t[0, 2] - np.cos(a) * t[1, 2], -np.sin(a) * t[0, 1] + np.cos(a) * t[1, 1])
+    assume(np.hypot(t[0, 0], t[1, 0]) > 1e-6)
+    assert close(pose.rotation_from_abc_deg(np.degrees([a, b, c])), t, 1e-9)
+
+
+@pytest.mark.parametrize(
+    ("quaternion", "matrix"),
+    [  # the two examples of data type `orient` in ABB's RAPID Reference Manual
+        ([0.7071068, 0.0, 0.7071068, 0.0], [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]),
+        ([0.965926, 0.0, 0.258819, 0.0], [[3**0.5 / 2, 0.0, 0.5], [0.0, 1.0, 0.0], [-0.5, 0.0, 3**0.5 / 2]]),
+    ],
+)
+def test_abb_writes_the_scalar_first(quaternion: list[float], matrix: list[list[float]]) -> None:
+    assert close(pose.rotation_from_quaternion_wxyz(quaternion), np.array(matrix), 1e-6)
+
+
+@given(TRIPLES)
 def test_oat_relates_to_euler_zyz_as_the_source_says(angles: tuple[float, float, float]) -> None:
     alpha, beta, gamma = angles
     oat = (pi / 2 + alpha, pi / 2 - beta, gamma)  # (3.34)

@@ -11,9 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from duocell.service.common.issues import IssueCollector
 from duocell.service.requests.convert_pose import pose_of, poses_of
-from duocell.service.schemas.pose import Pose
-
-FORMATS = ("quaternion", "matrix", "rpy", "euler_zyz", "oat")
+from duocell.service.schemas.pose import FORMS, Pose
 
 
 def as_sent(turn: Rotation, name: str) -> Any:
@@ -26,6 +24,10 @@ def as_sent(turn: Rotation, name: str) -> Any:
         "matrix": turn.as_matrix,
         "rpy": lambda: turn.as_euler("xyz"),
         "euler_zyz": lambda: turn.as_euler("ZYZ"),
+        "quaternion_wxyz": lambda: turn.as_quat(scalar_first=True),
+        "axis_angle": turn.as_rotvec,
+        "abc_deg": lambda: turn.as_euler("ZYX", degrees=True),
+        "wpr_deg": lambda: turn.as_euler("xyz", degrees=True),
     }
     return made[name]().tolist()
 
@@ -36,7 +38,7 @@ def poses(count: int) -> tuple[list[Pose], np.ndarray]:
     turns, positions = Rotation.random(count, rng=rng), rng.uniform(-2.0, 2.0, (count, 3))
     made = []
     for k, (turn, position) in enumerate(zip(turns, positions, strict=True)):
-        name = FORMATS[k % len(FORMATS)]
+        name = FORMS[k % len(FORMS)]
         made.append(Pose.model_validate({"position": position.tolist(), "orientation": {name: as_sent(turn, name)}}))
     meant = np.tile(np.eye(4), (count, 1, 1))
     meant[:, :3, :3], meant[:, :3, 3] = turns.as_matrix(), positions
@@ -66,6 +68,11 @@ def test_together_is_as_one_by_one() -> None:
         ({"matrix": [[2.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]}, "unit vector to 2;"),
         ({"rpy": [0.0, 90.0, 0.0]}, "90 rad"),
         ({"oat": [0.0, 0.0, -45.0]}, "-45 rad"),
+        ({"axis_angle": [0.0, 180.0, 0.0]}, "180 rad"),
+        ({"abc_deg": [0.0, 0.0, 900.0]}, "900°"),
+        ({"wpr_deg": [-721.0, 0.0, 0.0]}, "-721°"),
+        ({"quaternion_wxyz": [2.0, 0.0, 0.0, 0.0]}, "quaternion [w, x, y, z] has length 2"),
+        ({"quaternion_wxyz": [0.0, 0.0, 0.0, 0.0]}, "No rotation at all is [1, 0, 0, 0]"),
     ],
 )
 def test_every_wrong_pose_is_named(orientation: dict[str, Any], words: str) -> None:

@@ -20,7 +20,7 @@ from duocell.optimizer.settings import CertificateSettings, Settings
 from duocell.optimizer.single_arm.passable import best_passable
 from duocell.optimizer.single_arm.refinement import path_from
 from duocell.optimizer.single_arm.search import search_arm
-from duocell.optimizer.verification.way import follow_way
+from duocell.optimizer.verification.arm_path import check_arm_path
 
 TOLERANCE = 1e-3
 """Relative distance to the best known from which an answer counts as missed."""
@@ -99,7 +99,7 @@ class _Way:
     def free(self, place: Floats, signs: Ints) -> bool:
         """True if the way can be gone as it is."""
         point = path_from(self.problem, place, (int(signs[0]), int(signs[1]), int(signs[2])))
-        return follow_way(self.cell, self.problem.arm, point).free
+        return check_arm_path(self.cell, self.problem.arm, point).free
 
     def cost(self, found: Incumbent) -> float | None:
         """Of a point that a proof found, or of one nearby whose way can be gone."""

@@ -31,8 +31,8 @@ from duocell.models.robot.robot import Robot
 from duocell.optimizer.nlp.measure import objective_of
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.settings import Settings
+from duocell.optimizer.verification.arm_path import check_arm_path
 from duocell.optimizer.verification.verify import check
-from duocell.optimizer.verification.way import follow_way
 
 ROBOTS = ("ur10e", "puma560", "irb120", "ur3e", "kr6_r900", "nova5")
 SMALLEST, LARGEST = 1e-6, 3e-3
@@ -76,7 +76,7 @@ def planted(seed: int) -> Planted:
     for _ in range(DRAWS):
         found = _draw(robot, size, rng)
         usable = check(found.cell, found.arm, found.point).usable
-        if usable and follow_way(found.cell, found.arm, found.point).free:
+        if usable and check_arm_path(found.cell, found.arm, found.point).free:
             break
     else:
         raise AssertionError("no task was drawn")

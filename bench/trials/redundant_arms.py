@@ -35,7 +35,7 @@ from duocell.optimizer.single_arm.passable import best_passable
 from duocell.optimizer.single_arm.redundant.parameters import PARAMETERS
 from duocell.optimizer.single_arm.redundant.unreduced import Optimum, search_unreduced
 from duocell.optimizer.single_arm.search import search_arm
-from duocell.optimizer.verification.way import follow_way
+from duocell.optimizer.verification.arm_path import check_arm_path
 
 LONG = replace(PARAMETERS, seeds=2048, spread_kept=512, middle_kept=160, polished=16, polished_endless=24, worth=1.4)
 SEEDS = (11, 12)
@@ -126,7 +126,7 @@ def _solved(cell: Cell, arm: Arm, start: ArmSolution) -> list[Optimum]:
 
 def known_to_pass(cell: Cell, arm: Arm, optima: list[Optimum]) -> float | None:
     """The least objective of optima, best first, between whose poses the arm can be followed, if need be repaired."""
-    free = next((value for value, point in optima if follow_way(cell, arm, point).free), np.inf)
+    free = next((value for value, point in optima if check_arm_path(cell, arm, point).free), np.inf)
     repaired = best_passable(cell, arm, optima, free, np.inf)
     best = free if repaired is None else repaired[0]
     return best if np.isfinite(best) else None

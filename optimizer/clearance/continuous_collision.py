@@ -93,13 +93,13 @@ class ContinuousCollisionCheck:
             self._give_up()
             return
         middle = self._sample_middles()
-        ways = [  # at most what each joint travels on either half
+        travels = [  # at most, on either half
             0.5 * SAFETY * (np.abs(q[self.right] - q[self.left]) + 4.0 * np.abs(self._sag(q, middle)))
             for q in self.joints
         ]
-        smooth = np.all([np.max(way, axis=1) <= LONGEST_STEP for way in ways], axis=0)
+        smooth = np.all([np.max(travel, axis=1) <= LONGEST_STEP for travel in travels], axis=0)
         start, end = np.concatenate([self.left, middle]), np.concatenate([middle, self.right])
-        going, unsettled = self._settle(start, end, ways, middle, smooth)
+        going, unsettled = self._settle(start, end, travels, middle, smooth)
         self.left, self.right, self.open = start[going], end[going], unsettled[going]
 
     def _sample_middles(self) -> Ints:
@@ -150,12 +150,14 @@ class ContinuousCollisionCheck:
         sag: Floats = q[middle] - 0.5 * (q[self.left] + q[self.right])
         return sag
 
-    def _settle(self, start: Ints, end: Ints, ways: list[Floats], middle: Ints, smooth: Bools) -> tuple[Bools, Bools]:
+    def _settle(
+        self, start: Ints, end: Ints, travels: list[Floats], middle: Ints, smooth: Bools
+    ) -> tuple[Bools, Bools]:
         """Settle what can be settled on the halves of all intervals.
 
         Args:
             start: (2 I,) samples where the halves begin: all first halves, then all second ones. end: likewise.
-            ways: per arm (I, n) rad, at most what each joint travels on either half.
+            travels: per arm (I, n) rad, at most what each joint travels on either half.
             middle: (I,) samples in the middles.
             smooth: (I,) False where the joints' way need not look like a parabola yet.
 
@@ -166,9 +168,11 @@ class ContinuousCollisionCheck:
         step = self.step[self.left]
         shift = np.tile(share * np.linalg.norm(self.path.shifts[step], axis=1), 2)
         turn = np.tile(share * np.linalg.norm(self.path.turns[step], axis=1), 2)
-        ways, smooth = [np.tile(way, (2, 1)) for way in ways], np.tile(smooth, 2)
+        travels, smooth = [np.tile(travel, (2, 1)) for travel in travels], np.tile(smooth, 2)
         opened = np.tile(self.open, (2, 1))
-        moved = self.motion.between([x[start] for x in self.levers], [x[end] for x in self.levers], ways, shift, turn)
+        moved = self.motion.between(
+            [x[start] for x in self.levers], [x[end] for x in self.levers], travels, shift, turn
+        )
         last = (shift <= self.resolution.length) & (turn <= self.resolution.angle)
         unsettled = opened & ~self._kept(start, end, moved, smooth)
         self._measure(start, end, moved, unsettled, last)

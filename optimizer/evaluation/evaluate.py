@@ -64,9 +64,9 @@ def evaluate_layout(cell: Cell, joints: Sequence[Floats | None] | None = None) -
     reasons = tuple(dict.fromkeys(reasons))  # what is wrong with an arm by itself may be met again on the way
     outcome = Outcome.FEASIBLE
     if reasons:  # bases, the part and arms by themselves decide, or all that the arms can do together
-        given_way = any(reason.kind == "collision" and not reason.arm for reason in reasons)
+        given_path = any(reason.kind == "collision" and not reason.arm for reason in reasons)
         alone = any(choice.complete and choice.best.reasons for choice in found)
-        outcome = Outcome.of(usable=False, proved=bool(of_bases) or given_way or alone or chosen.settled)
+        outcome = Outcome.of(usable=False, proved=bool(of_bases) or given_path or alone or chosen.settled)
     if outcome is Outcome.UNKNOWN:
         reasons = (*reasons, NOT_FOUND)
     placements = tuple(placed(cell, one.arm, one.point) for one in standing if one.point is not None)

@@ -24,9 +24,9 @@ from duocell.optimizer.results.layout import Reason
 from duocell.optimizer.settings import Settings
 from duocell.optimizer.single_arm.local import solve_locally
 from duocell.optimizer.single_arm.search import search_arm
+from duocell.optimizer.verification.arm_path import check_arm_path
 from duocell.optimizer.verification.verify import ArmCheck, check
-from duocell.optimizer.verification.way import follow_way
-from duocell.optimizer.verification.words import way_faults
+from duocell.optimizer.verification.words import arm_path_faults
 
 SEARCHING = 3.0
 """s, soft limit of what is done for an arm without a reduced problem."""
@@ -165,8 +165,8 @@ def _judged(cell: Cell, arm: Arm, point: ArmSolution, looked_at: int) -> Standin
     found = check(cell, arm, point)
     reasons = arm_faults(cell, arm, point, found)
     if not reasons:
-        way = follow_way(cell, arm, point)
-        reasons = way_faults(way.breaks, way.beyond)
+        checked = check_arm_path(cell, arm, point)
+        reasons = arm_path_faults(checked.breaks, checked.beyond)
     return Standing(arm, point, found, objective_of(cell.task, arm, point.joints), reasons, looked_at)
 
 

@@ -45,16 +45,16 @@ def searched_conflict(
     numbers = {arm.name: a for a, arm in enumerate(cell.arms)}
     if layout.placements:
         last = len(cell.task) - 1
-        ways = {
+        paths = {
             numbers[p.arm]: PartialPath(ArmSolution(p.position, p.yaw, p.joints, None), 0, last, ())
             for p in layout.placements
         }
-        search.meet(ways)
+        search.meet(paths)
     began = time.process_time()
     selection = search.run().selection
     effort.spend(time.process_time() - began)
     if search.solved:
-        return None, tuple(search.known[-1].ways[a].point for a in range(len(cell.arms)))
+        return None, tuple(search.known[-1].paths[a].point for a in range(len(cell.arms)))
     return Conflict(selection, irreducible=False, proved=False), None
 
 

@@ -19,7 +19,7 @@ from duocell.optimizer.reasons.reasons import explain_path
 from duocell.optimizer.results.layout import Reason
 from duocell.optimizer.verification.scene import world_yaw
 from duocell.optimizer.verification.verify import LIMITS, ORIENTATION, POSITION, SIDE, ArmCheck
-from duocell.optimizer.verification.words import between, poses_at, way_faults
+from duocell.optimizer.verification.words import arm_path_faults, between, poses_at
 
 SLACK = KEPT
 """m or rad, of floor, couplings and limits between the poses: what a solver leaves, and rounding."""
@@ -143,7 +143,7 @@ def path_faults(cell: Cell, path: PathClearance) -> tuple[Reason, ...]:
     reasons = [_collision(cell, found) for found in path.classes if not found.clear]
     worst = path.worst_limit
     beyond = (worst,) if worst.amount > SLACK and 0.0 < worst.fraction < 1.0 else ()
-    reasons += way_faults(path.breaks, beyond)
+    reasons += arm_path_faults(path.breaks, beyond)
     return tuple(reasons)
 
 

@@ -149,17 +149,17 @@ def finish_path(cell: Cell, arm: Arm, position: Floats, yaw: float, joints: Floa
 def _cheapest(cell: Cell, arm: Arm, layers: list[Floats], costs: list[Floats]) -> Floats:
     """(m, n) the branches taken: a shortest path for each segment, in one posture where there are several segments."""
     segments, form = cell.task.segments, posture_form(arm.robot)
-    ways = []
+    paths = []
     if form is not None and len(segments) > 1:
         signs = [[posture_of(form, q) for q in layer] for layer in layers]
         for posture in ALL_SIGNS:
             own = [[k for k, other in enumerate(layer) if other == posture] for layer in signs]
             if all(own):
                 some = [layer[k] for layer, k in zip(layers, own, strict=True)]
-                ways.append(
+                paths.append(
                     _segments(segments, some, [c[k] for c, k in zip(costs, own, strict=True)], cell.max_joint_step)
                 )
-    return min(ways or [_segments(segments, layers, costs, cell.max_joint_step)], key=lambda way: way[0])[1]
+    return min(paths or [_segments(segments, layers, costs, cell.max_joint_step)], key=lambda path: path[0])[1]
 
 
 def _segments(
@@ -183,10 +183,10 @@ def _shortest(layers: list[Floats], costs: list[Floats], max_step: float) -> tup
             turn = np.subtract.outer(before[:, i], after[:, i])
             turn -= TURN * np.round(turn / TURN)
             np.maximum(step, np.abs(turn), out=step)
-        ways = total[:, None] + LEAP * np.maximum(step - max_step, 0.0) + 1e-6 * step
-        best = np.argmin(ways, axis=0)
+        costs_to = total[:, None] + LEAP * np.maximum(step - max_step, 0.0) + 1e-6 * step
+        best = np.argmin(costs_to, axis=0)
         back.append(best)
-        total = ways[best, np.arange(len(after))] + cost
+        total = costs_to[best, np.arange(len(after))] + cost
     path = [int(np.argmin(total))]
     for best in reversed(back):
         path.append(int(best[path[-1]]))

@@ -118,14 +118,14 @@ def straight_places(problem: ReducedProblem, box: Floats, margin: Floats, height
     # W from the origin on axis 1, in axes of the mount, if the base stood at the world's origin
     seen = problem.positions @ arm.mount + problem.rotations @ form.wrist_in_flange - form.origin
     tool_axis = problem.rotations @ (form.home_rotation.T @ form.axes[5])
-    ways = straight_wrists(form, tool_axis, (seen @ form.axes[0])[:, None] - upward[2] * heights)
-    positions = (seen[:, None, :] - ways.wrist) @ arm.mount.T  # (8, m, L, 3)
+    straight = straight_wrists(form, tool_axis, (seen @ form.axes[0])[:, None] - upward[2] * heights)
+    positions = (seen[:, None, :] - straight.wrist) @ arm.mount.T  # (8, m, L, 3)
     positions[..., 2] = heights
     inside = np.all((positions >= box[:, 0] - margin) & (positions <= box[:, 1] + margin), axis=-1)
-    inside &= (ways.shoulder * ways.elbow != 0) & _within_limits(arm, ways.joints)
+    inside &= (straight.shoulder * straight.elbow != 0) & _within_limits(arm, straight.joints)
     pose = np.broadcast_to(np.arange(len(seen))[:, None], inside.shape)[inside]
     wrists = np.repeat([1, -1], len(pose))
-    signs = np.stack([np.tile(ways.shoulder[inside], 2), np.tile(ways.elbow[inside], 2), wrists], axis=-1)
+    signs = np.stack([np.tile(straight.shoulder[inside], 2), np.tile(straight.elbow[inside], 2), wrists], axis=-1)
     admitted = np.array([arm.posture.admits((s[0], s[1], s[2])) for s in signs.tolist()], dtype=bool)
     return Places(np.tile(positions[inside], (2, 1))[admitted], signs[admitted], np.tile(pose, 2)[admitted])
 

@@ -12,7 +12,7 @@ LEVEL = 1e-4
 """Relative rise of the cost that counts as level."""
 ROUNDED = 1e-6
 """m and rad by which a local optimum may seem to break limits that are active."""
-WAY = np.linspace(0.0, 1.0, 9)
+FRACTIONS = np.linspace(0.0, 1.0, 9)
 """Places looked at on the way from a candidate to an optimum."""
 
 
@@ -26,8 +26,8 @@ def elsewhere(problem: ReducedProblem, candidates: list[Candidate], optimum: Arm
         return []
     places = np.array([candidate.position for candidate in candidates])
     signs = np.array([candidate.signs for candidate in candidates])
-    ways = places[:, None, :] + WAY[:, None] * (optimum.position - places)[:, None, :]
-    paths = evaluate_fully(problem, ways.reshape(-1, 3), np.repeat(signs, len(WAY), axis=0))
+    lines = places[:, None, :] + FRACTIONS[:, None] * (optimum.position - places)[:, None, :]
+    paths = evaluate_fully(problem, lines.reshape(-1, 3), np.repeat(signs, len(FRACTIONS), axis=0))
     objective = paths.objective[0].reshape(len(places), -1)
     violation = paths.violation[0].reshape(len(places), -1)
     violation[:, -1] = 0.0  # but for rounding

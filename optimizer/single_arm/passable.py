@@ -23,9 +23,9 @@ from duocell.optimizer.nlp.measure import objective_of
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.results.layout import Reason
 from duocell.optimizer.single_arm.local import solve_locally
+from duocell.optimizer.verification.arm_path import ArmPathCheck, check_arm_path
 from duocell.optimizer.verification.verify import check
-from duocell.optimizer.verification.way import Way, follow_way
-from duocell.optimizer.verification.words import way_faults
+from duocell.optimizer.verification.words import arm_path_faults
 
 ROUNDS, FINER = 5, 8
 """Times that places are added, and how much closer to each other each time."""
@@ -37,14 +37,16 @@ Place = tuple[int, float]
 """The pose before, and the fraction of the way to the next."""
 
 
-def passable(cell: Cell, arm: Arm, point: ArmSolution, way: Way, deadline: float) -> tuple[float, ArmSolution] | None:
+def passable(
+    cell: Cell, arm: Arm, point: ArmSolution, met: ArmPathCheck, deadline: float
+) -> tuple[float, ArmSolution] | None:
     """A usable point near one that is not passable, all of whose way can be gone.
 
     Args:
         cell: task.
         arm: the arm.
         point: usable but for its way.
-        way: what it meets there.
+        met: what it meets there.
         deadline: `time.perf_counter` value, soft.
 
     Returns:
@@ -53,7 +55,8 @@ def passable(cell: Cell, arm: Arm, point: ArmSolution, way: Way, deadline: float
     places: set[Place] = set()
     here = point
     for round_ in range(ROUNDS):
-        stuck = [(one.pose, one.fraction) for one in way.breaks] + [(one.pose, one.fraction) for one in way.excesses]
+        stuck = [(one.pose, one.fraction) for one in met.breaks]
+        stuck += [(one.pose, one.fraction) for one in met.excesses]
         found = _around(stuck, float(FINER) ** -round_)
         if found <= places or time.perf_counter() > deadline:
             return None
@@ -66,8 +69,8 @@ def passable(cell: Cell, arm: Arm, point: ArmSolution, way: Way, deadline: float
         here = replace(solved.points[0], joints=solved.points[0].joints[rows])
         if not check(cell, arm, here).usable:
             return None
-        way = follow_way(cell, arm, here)
-        if way.free:
+        met = check_arm_path(cell, arm, here)
+        if met.free:
             return objective_of(cell.task, arm, here.joints), here
     return None
 
@@ -122,11 +125,11 @@ def best_passable(
             break
         if any(_same(point, other) for other in stuck):
             continue
-        way = follow_way(cell, arm, point)
-        if way.free:
+        checked = check_arm_path(cell, arm, point)
+        if checked.free:
             return value, point
         stuck.append(point)
-        repaired = passable(cell, arm, point, way, deadline)
+        repaired = passable(cell, arm, point, checked, deadline)
         if repaired is not None and repaired[0] < known:
             best, known = repaired, repaired[0]
     return best
@@ -143,7 +146,7 @@ def best_tolerable(
         optima: objective and point, best first.
     """
     looked_at = islice(optima, MOST_SETTLED)
-    return next((one for one in looked_at if follow_way(cell, arm, one[1]).tolerable), None)
+    return next((one for one in looked_at if check_arm_path(cell, arm, one[1]).tolerable), None)
 
 
 def _same(point: ArmSolution, other: ArmSolution) -> bool:
@@ -156,5 +159,5 @@ def where_stuck(cell: Cell, arm: Arm, optima: list[tuple[float, ArmSolution]]) -
     """Where the best point gets stuck between its poses, if there are points and none of them gets through."""
     if not optima:
         return ()
-    way = follow_way(cell, arm, optima[0][1])
-    return way_faults(way.breaks, way.beyond)
+    checked = check_arm_path(cell, arm, optima[0][1])
+    return arm_path_faults(checked.breaks, checked.beyond)

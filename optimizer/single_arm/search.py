@@ -59,7 +59,7 @@ HALF_STEP, MOST_FINER = 0.55, 400
 """Share of a joint step that half the way to the next pose may take, and most poses of a search with the middles."""
 BOX_WORTH, BOX_GAP, NEAR = 1.5, 1e-3, 0.01
 """s, counted in boxes, and relative gap of the boxes that are looked at after local solves; m that are near."""
-GAVE_WAY = 1e-3
+COSTLIER = 1e-3
 """Relative; where the best optimum's way cannot be gone and what can be costs so much more, more optima are tried."""
 OTHER_DRAWS = 100
 """What is added to the seed of the draws then."""
@@ -287,7 +287,7 @@ def _turned(
 def _search_general(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadline: float) -> None:
     """Many seeds of the unreduced problem; where no optimum's way can be gone, more optima, and more poses."""
     paths = _search_seeds(cell, search, box, seed, deadline, PARAMETERS)
-    if search.optima and search.objective > (1.0 + GAVE_WAY) * search.optima[0][0] and search.finished:
+    if search.optima and search.objective > (1.0 + COSTLIER) * search.optima[0][0] and search.finished:
         _search_seeds(cell, search, box, seed + OTHER_DRAWS, deadline, THOROUGH)
     if search.best is None and search.optima and search.finished:
         _search_finer(cell, search, box, seed, deadline)

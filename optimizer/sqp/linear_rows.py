@@ -91,10 +91,10 @@ class RowCollector:
         Between two poses the self-motion of a redundant arm is taken for what lies between theirs.
         """
         rows = np.zeros((len(at), self.unknowns.count))
-        ways, nullspace = self.along[arm], self.unknowns.nullspace[arm]
-        rows[:, self.unknowns.base(arm)] = np.einsum("kn,knb->kb", slopes, ways.by_base[at])
+        tangents, nullspace = self.along[arm], self.unknowns.nullspace[arm]
+        rows[:, self.unknowns.base(arm)] = np.einsum("kn,knb->kb", slopes, tangents.by_base[at])
         if nullspace:
-            pulled = np.einsum("kn,knd->kd", slopes, ways.by_nullspace[at])
+            pulled = np.einsum("kn,knd->kd", slopes, tangents.by_nullspace[at])
             step, fraction = self.samples.step[at], self.samples.fraction[at]
             for pose, share in ((step, 1.0 - fraction), (step + 1, fraction)):
                 places = self.unknowns.first_nullspace[arm] + pose[:, None] * nullspace + np.arange(nullspace)

@@ -60,5 +60,5 @@ def linearise(
     if scene.model is not None:
         places = scene.model.configure(bases, samples.joints, samples.objects, samples.segments)
         add_contacts(rows, scene, places, bases, margins)
-    at_poses = tuple(Directions(ways.by_base[samples.poses], ways.by_nullspace[samples.poses]) for ways in along)
+    at_poses = tuple(Directions(of_arm.by_base[samples.poses], of_arm.by_nullspace[samples.poses]) for of_arm in along)
     return Linearisation(tuple(points), scene.objective(points), rows.rows(), at_poses, samples.followed)

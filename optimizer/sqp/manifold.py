@@ -91,13 +91,13 @@ def move(
         step: (C,) change of the unknowns.
     """
     moved, most = [], 0.0
-    for a, (arm, point, ways) in enumerate(zip(cell.arms, points, along, strict=True)):
+    for a, (arm, point, tangents) in enumerate(zip(cell.arms, points, along, strict=True)):
         base = step[unknowns.base(a)]
-        q = point.joints + ways.by_base @ base
+        q = point.joints + tangents.by_base @ base
         first, nullspace = unknowns.first_nullspace[a], unknowns.nullspace[a]
         if nullspace:
             q = q + np.einsum(
-                "mnd,md->mn", ways.by_nullspace, step[first : first + nullspace * len(q)].reshape(-1, nullspace)
+                "mnd,md->mn", tangents.by_nullspace, step[first : first + nullspace * len(q)].reshape(-1, nullspace)
             )
         position, yaw = point.position + base[:3], point.yaw + float(base[3])
         base_there = arm.base_in_world(position, yaw)

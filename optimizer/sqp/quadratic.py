@@ -45,12 +45,12 @@ def quadratic(cell: Cell, points: Sequence[ArmSolution], along: Sequence[Directi
         cell: the cell. points: one per arm. along: directions at their poses. unknowns: of the cell.
     """
     gradient, curvature = np.zeros(unknowns.count), np.zeros((unknowns.count, unknowns.count))
-    for a, (arm, point, ways) in enumerate(zip(cell.arms, points, along, strict=True)):
+    for a, (arm, point, tangents) in enumerate(zip(cell.arms, points, along, strict=True)):
         own = unknowns.own(a, len(cell.task))
-        slopes = _slopes(ways)
+        slopes = _slopes(tangents)
         pull = _pull(cell, arm, point.joints)
         gradient[own] = np.einsum("mnc,mn->c", slopes, pull)
-        newton = _differences(cell, arm, point, ways) if unknowns.nullspace[a] == 0 else None
+        newton = _differences(cell, arm, point, tangents) if unknowns.nullspace[a] == 0 else None
         if newton is None:
             weights = 2.0 * cell.task.weights[:, None] * arm.weights
             newton = np.einsum("mnc,mn,mnk->ck", slopes, weights, slopes)
@@ -64,23 +64,23 @@ def _pull(cell: Cell, arm: Arm, joints: Floats) -> Floats:
     return pull
 
 
-def _slopes(ways: Directions) -> Floats:
+def _slopes(tangents: Directions) -> Floats:
     """(m, n, 4 + m d) derivatives of the joints by the arm's own unknowns."""
-    m, n, nullspace = ways.by_nullspace.shape
+    m, n, nullspace = tangents.by_nullspace.shape
     slopes = np.zeros((m, n, BASE + m * nullspace))
-    slopes[:, :, :BASE] = ways.by_base
+    slopes[:, :, :BASE] = tangents.by_base
     for d in range(nullspace):
-        slopes[np.arange(m), :, BASE + nullspace * np.arange(m) + d] = ways.by_nullspace[:, :, d]
+        slopes[np.arange(m), :, BASE + nullspace * np.arange(m) + d] = tangents.by_nullspace[:, :, d]
     return slopes
 
 
-def _differences(cell: Cell, arm: Arm, point: ArmSolution, ways: Directions) -> Floats | None:
+def _differences(cell: Cell, arm: Arm, point: ArmSolution, tangents: Directions) -> Floats | None:
     """(4, 4) central differences of the gradient by the base; None where the arm cannot follow."""
     targets, m = cell.flange_targets(arm, point.free), len(cell.task)
     shifts = np.repeat(STEP * np.eye(BASE), 2, axis=0) * np.tile([1.0, -1.0], BASE)[:, None]
     places = np.array([*point.position, point.yaw]) + shifts
     bases = np.repeat(arm.base_in_world(places[:, :3], places[:, 3]), m, axis=0)
-    near = (point.joints + np.einsum("mnc,sc->smn", ways.by_base, shifts)).reshape(2 * BASE * m, -1)
+    near = (point.joints + np.einsum("mnc,sc->smn", tangents.by_base, shifts)).reshape(2 * BASE * m, -1)
     q, good = follow(arm.robot, np.eye(4), inverse(bases) @ np.tile(targets, (2 * BASE, 1, 1)), near, near)
     if not np.all(good):
         return None

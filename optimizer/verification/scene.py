@@ -21,7 +21,7 @@ from duocell.optimizer.clearance.path_samples import ObjectPath
 from duocell.optimizer.nlp.measure import objective_of
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.verification.verify import check
-from duocell.optimizer.verification.whole_way import check_whole_way
+from duocell.optimizer.verification.whole_path import check_whole_path
 
 LIMITS = KEPT
 """rad that a joint may stick out of its limits between two poses, as anywhere."""
@@ -137,7 +137,7 @@ class Scene:
 
     def certify(self, points: Sequence[ArmSolution]) -> PathClearance:
         """The full check of the path at and between its poses."""
-        return check_whole_way(self.cell, self.model, points)
+        return check_whole_path(self.cell, self.model, points)
 
     def usable(self, points: Sequence[ArmSolution]) -> bool:
         """True if every arm passes the independent check of its own part."""

@@ -8,7 +8,7 @@ from duocell.optimizer.clearance.clearance import Break, LimitExcess
 from duocell.optimizer.results.layout import Reason
 
 
-def way_faults(breaks: tuple[Break, ...], beyond: tuple[LimitExcess, ...]) -> tuple[Reason, ...]:
+def arm_path_faults(breaks: tuple[Break, ...], beyond: tuple[LimitExcess, ...]) -> tuple[Reason, ...]:
     """Reasons for ways that cannot be followed, one per arm and step, and for limits exceeded between poses."""
     lost = {(one.arm, one.pose): one for one in reversed(breaks)}
     followed = [

@@ -14,7 +14,7 @@ from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.robot.arm import Arm as ModelArm
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.results.layout import Layout
-from duocell.optimizer.verification.way import follow_way
+from duocell.optimizer.verification.arm_path import check_arm_path
 from duocell.optimizer.verification.words import between
 from duocell.service.common.issues import MOST_SHOWN, Issue
 from duocell.service.requests.body_warnings import FAR, body_warnings, region_warnings
@@ -79,7 +79,7 @@ def _overshoots(pointer: str, cell: Cell, arm: ModelArm, layout: Layout) -> Iter
     for one in placed:
         form = closed_form(arm.robot)
         signs = None if form is None else path_signs(form, one.joints)
-        for excess in follow_way(cell, arm, ArmSolution(one.position, one.yaw, one.joints, signs)).excesses:
+        for excess in check_arm_path(cell, arm, ArmSolution(one.position, one.yaw, one.joints, signs)).excesses:
             detail = (
                 f"{excess.joint} passes its limit by {degrees(excess.amount):.2f}° "
                 f"{between(excess.pose, excess.fraction)}, where the part goes straight. Add a pose there if it has to."

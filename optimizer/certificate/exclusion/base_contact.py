@@ -226,9 +226,9 @@ class _Near:
 
 def _from_segments(points: Floats, ends: Floats) -> Floats:
     """(..., P) m, distances of points (..., P, 3) from segments (..., 2, 3)."""
-    start, way = ends[..., None, 0, :], (ends[..., 1, :] - ends[..., 0, :])[..., None, :]
-    apart, length = points - start, np.einsum("...a,...a->...", way, way)
-    share = np.clip(np.einsum("...a,...a->...", apart, way) / np.maximum(length, 1e-300), 0.0, 1.0)
-    apart = apart - share[..., None] * way
+    start, along = ends[..., None, 0, :], (ends[..., 1, :] - ends[..., 0, :])[..., None, :]
+    apart, length = points - start, np.einsum("...a,...a->...", along, along)
+    share = np.clip(np.einsum("...a,...a->...", apart, along) / np.maximum(length, 1e-300), 0.0, 1.0)
+    apart = apart - share[..., None] * along
     distance: Floats = np.sqrt(np.einsum("...a,...a->...", apart, apart))
     return distance

@@ -92,7 +92,7 @@ def _nearest_turn(
 ) -> Floats:
     """(N, n) rad², what cells of a bounded yaw cost at least on the turn that suits them best, per w_1 W."""
     intervals = allowed_shifts(ends, rules)
-    least = least_way(wanted, radius, intervals)
+    least = least_turn(wanted, radius, intervals)
     cost = np.full(shift.shape, np.inf)
     for turn, (low, high) in zip(TURNS, intervals, strict=True):
         best = _projected(wanted, low, high)
@@ -110,12 +110,12 @@ def allowed_shifts(ends: tuple[Floats, Floats], rules: Rules) -> list[tuple[Floa
     return [(np.maximum(ends[0], start), np.minimum(ends[1], start + rules.shifts.width)) for start in starts]
 
 
-def least_way(wanted: Floats, radius: Floats, intervals: list[tuple[Floats, Floats]]) -> Floats:
+def least_turn(wanted: Floats, radius: Floats, intervals: list[tuple[Floats, Floats]]) -> Floats:
     """(N,) rad; everywhere in a box some allowed shift is no farther than this from the best one of all; or inf."""
     least = np.full(len(wanted), np.inf)
     for low, high in intervals:
-        way = np.abs(wanted - _projected(wanted, low, high)) + 2.0 * radius + 4.0 * MISSED
-        least = np.minimum(least, np.where(low + 2.0 * radius <= high, way, np.inf))
+        turn = np.abs(wanted - _projected(wanted, low, high)) + 2.0 * radius + 4.0 * MISSED
+        least = np.minimum(least, np.where(low + 2.0 * radius <= high, turn, np.inf))
     return least
 
 

@@ -21,7 +21,7 @@ from duocell.models.robot.arm import TURN
 from duocell.optimizer.certificate.bounds.ball import Ball
 from duocell.optimizer.certificate.bounds.rules import Rules
 from duocell.optimizer.certificate.bounds.yaw import unwrapped
-from duocell.optimizer.certificate.exclusion.yaw_cells import allowed_shifts, least_way
+from duocell.optimizer.certificate.exclusion.yaw_cells import allowed_shifts, least_turn
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -57,7 +57,7 @@ def best_yaw(first: Ball, rules: Rules, sigma: int) -> BestYaw:
     wanted = rules.reference[0] - path.centre @ counts / (total or 1.0)
     low, high = rules.lower[0] - np.min(path.centre, axis=1), rules.upper[0] - np.max(path.centre, axis=1)
     if not rules.shifts.free:
-        least = least_way(wanted, radius, allowed_shifts((low, high), rules))
+        least = least_turn(wanted, radius, allowed_shifts((low, high), rules))
         known &= np.isfinite(least)
         paid = price * np.where(known, least, 0.0) ** 2
         return BestYaw(-sigma * wanted, np.where(known, radius, np.inf), price, paid)

@@ -119,8 +119,8 @@ class LooseTies:
             violations = self._violations(positions)[:, rows]
             slopes = np.stack(
                 [
-                    (self._violations(positions + DIFFERENCE * way)[:, rows] - violations) / DIFFERENCE
-                    for way in self.basis
+                    (self._violations(positions + DIFFERENCE * direction)[:, rows] - violations) / DIFFERENCE
+                    for direction in self.basis
                 ],
                 axis=-1,
             )

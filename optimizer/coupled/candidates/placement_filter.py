@@ -11,8 +11,8 @@ from duocell.optimizer.coupled.candidates.contacts import SomePairs
 from duocell.optimizer.coupled.candidates.placements import Placements, well_conditioned
 from duocell.optimizer.monitoring.watch import check_stop
 from duocell.optimizer.reduction.reduced import ReducedProblem
+from duocell.optimizer.verification.arm_path import check_arm_path
 from duocell.optimizer.verification.scene import Scene, world_yaw
-from duocell.optimizer.verification.way import follow_way
 
 FORGIVEN = 0.02
 """m; a violation of no more than this may be repaired by a refinement."""
@@ -53,7 +53,7 @@ class PlacementFilter:
         if self._closely:
             for row in np.flatnonzero(violations <= FORGIVEN).tolist():
                 check_stop()
-                if not follow_way(self._scene.cell, self._problem.arm, placements.point(row)).free:
+                if not check_arm_path(self._scene.cell, self._problem.arm, placements.point(row)).free:
                     violations[row] = np.inf
         return violations
 

@@ -61,26 +61,26 @@ class _Descent:
         signs = [own.signs for own in layouts.placements]
         cost = self._costs(positions, signs)
         length = np.full(len(positions), STEP)
-        ways = self._ways()
+        directions = self._directions()
         for _ in range(ROUNDS):
             check_stop()
             going = np.flatnonzero(length > SHORTEST)
-            if not len(going) or not len(ways):
+            if not len(going) or not len(directions):
                 break
-            trials = positions[going, None] + length[going, None, None, None] * ways
+            trials = positions[going, None] + length[going, None, None, None] * directions
             flat, arrived = self._ties.projected(trials.reshape(-1, *positions.shape[1:]))
-            repeated = [own[np.repeat(going, len(ways))] for own in signs]
+            repeated = [own[np.repeat(going, len(directions))] for own in signs]
             costs = np.where(arrived, self._costs(flat, repeated), np.inf).reshape(len(going), -1)
             best = np.argmin(costs, axis=1)
             here = costs[np.arange(len(going)), best]
             better = here < cost[going]
             moved = going[better]
-            positions[moved] = flat.reshape(len(going), len(ways), *positions.shape[1:])[better, best[better]]
+            positions[moved] = flat.reshape(len(going), len(directions), *positions.shape[1:])[better, best[better]]
             cost[moved] = here[better]
             length[going[~better]] *= 0.5
         return positions
 
-    def _ways(self) -> Floats:
+    def _directions(self) -> Floats:
         """(W, A, 3) m per m, along the unknowns and across them: along a limit no single unknown leads downhill."""
         basis = self._ties.basis
         if not len(basis):

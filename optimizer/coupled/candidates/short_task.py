@@ -103,7 +103,7 @@ def shortened(task: Task, count: int) -> tuple[Ints, Task]:
         own, _ = sample_segment(frames[:, :3, :3], frames[:, :3, 3], task.weights[segment], share)
         own = _with_corners(frames, own)
         poses.append(segment.start + own)
-        weights[segment] = _counted(_way(frames), own, task.weights[segment])
+        weights[segment] = _counted(_arc_length(frames), own, task.weights[segment])
         starts.append(starts[-1] + len(own))
     kept = np.concatenate(poses)
     return kept, Task(task.poses[kept], tuple(starts[:-1]), task.names, weights[kept])
@@ -113,12 +113,12 @@ def _with_corners(frames: Floats, chosen: Ints) -> Ints:
     """The chosen poses of a segment (m, 4, 4) and those that the way between them misses most."""
     if len(chosen) < 2:
         return chosen
-    way = _way(frames)
+    arc = _arc_length(frames)
     for _ in range(max(1, int(np.log2(len(frames))))):
         after = np.clip(np.searchsorted(chosen, np.arange(len(frames)), side="right"), 1, len(chosen) - 1)
         first, last = chosen[after - 1], chosen[after]
-        length = way[last] - way[first]
-        fraction = np.where(length > 0.0, (way - way[first]) / np.where(length > 0.0, length, 1.0), 0.0)
+        length = arc[last] - arc[first]
+        fraction = np.where(length > 0.0, (arc - arc[first]) / np.where(length > 0.0, length, 1.0), 0.0)
         straight = ObjectPath(frames[chosen]).at(after - 1, fraction)
         aside = np.linalg.norm(frames[:, :3, 3] - straight[:, :3, 3], axis=1) / ASIDE
         turned = rotation_angle(straight[:, :3, :3].swapaxes(1, 2) @ frames[:, :3, :3]) / TURNED
@@ -126,29 +126,29 @@ def _with_corners(frames: Floats, chosen: Ints) -> Ints:
         farthest = np.zeros(len(chosen))
         np.maximum.at(farthest, after, missed)
         more = np.flatnonzero((missed > 1.0) & (missed == farthest[after]))
-        more = more[np.unique(np.round(way[more], 9), return_index=True)[1]]  # one of those where it rests
+        more = more[np.unique(np.round(arc[more], 9), return_index=True)[1]]  # one of those where it rests
         if not len(more) or len(chosen) + len(more) > (1.0 + CORNERS) * max(len(chosen), 2):
             break
         chosen = np.union1d(chosen, more)
     return chosen
 
 
-def _way(frames: Floats) -> Floats:
+def _arc_length(frames: Floats) -> Floats:
     """(m,) rad + m from the first pose of a segment (m, 4, 4) to each."""
     moved = np.linalg.norm(np.diff(frames[:, :3, 3], axis=0), axis=1)
     turned = rotation_angle(frames[:-1, :3, :3].swapaxes(1, 2) @ frames[1:, :3, :3])
     return np.concatenate([[0.0], np.cumsum(moved + turned)])
 
 
-def _counted(way: Floats, chosen: Ints, weights: Floats) -> Floats:
+def _counted(arc: Floats, chosen: Ints, weights: Floats) -> Floats:
     """(m,) what the chosen poses of a segment count for, 0 for the others: costs in between are interpolated."""
     if len(chosen) < 2:
         return weights
-    after = np.clip(np.searchsorted(chosen, np.arange(len(way)), side="right"), 1, len(chosen) - 1)
+    after = np.clip(np.searchsorted(chosen, np.arange(len(arc)), side="right"), 1, len(chosen) - 1)
     first, last = chosen[after - 1], chosen[after]
-    length = way[last] - way[first]
-    share = np.where(length > 0.0, (way - way[first]) / np.where(length > 0.0, length, 1.0), 0.5)
-    counted = np.zeros(len(way))
+    length = arc[last] - arc[first]
+    share = np.where(length > 0.0, (arc - arc[first]) / np.where(length > 0.0, length, 1.0), 0.5)
+    counted = np.zeros(len(arc))
     np.add.at(counted, first, (1.0 - share) * weights)
     np.add.at(counted, last, share * weights)
     return counted

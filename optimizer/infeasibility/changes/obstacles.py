@@ -16,7 +16,7 @@ from duocell.optimizer.infeasibility.requirements import Requirement
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.verification.scene import LIMITS, Scene
 
-WAYS = 8
+DIRECTIONS = 8
 """Level directions; up and down besides."""
 NEAREST, GROWTH = 0.01, 1.6
 """m, the first distance that is tried for all directions; and the factor to the next."""
@@ -36,7 +36,10 @@ def moved_obstacle(cell: Cell, requirement: Requirement) -> Remedy:
         return f"remove {obstacles[k].name}"
 
     def fitted(points: tuple[ArmSolution, ...]) -> Remedy:
-        return min((_towards(cell, requirement, way) for way in _ways(cell, k)), key=lambda r: _enough(r, points))
+        return min(
+            (_towards(cell, requirement, d) for d in _directions(cell, k)),
+            key=lambda r: _enough(r, points),
+        )
 
     return Remedy(gone, words, _pointer(k), 1.0, 1.0, 1.0, requirement, fitted=fitted)
 
@@ -45,34 +48,38 @@ def _pointer(k: int) -> str:
     return f"/obstacles/{k}/pose/position"
 
 
-def _towards(cell: Cell, requirement: Requirement, way: Floats) -> Remedy:
+def _towards(cell: Cell, requirement: Requirement, direction: Floats) -> Remedy:
     """The obstacle moved along a direction (3,)."""
     k, obstacles = requirement.index, cell.surroundings.obstacles
     obstacle = obstacles[k]
 
     def change(amount: float) -> Cell:
-        moved = Body(obstacle.name, transform(np.eye(3), amount * way) @ obstacle.pose, obstacle.shape)
+        moved = Body(obstacle.name, transform(np.eye(3), amount * direction) @ obstacle.pose, obstacle.shape)
         changed = (*obstacles[:k], moved, *obstacles[k + 1 :])
         return replace(cell, surroundings=replace(cell.surroundings, obstacles=changed))
 
     def words(amount: float) -> str:
-        way_there, place = way + 0.0, obstacle.pose[:3, 3] + amount * way
-        towards, there = (", ".join(f"{c:.{n}f}" for c in at) for at, n in ((way_there, 2), (place, 4)))
+        components, place = direction + 0.0, obstacle.pose[:3, 3] + amount * direction
+        towards, there = (", ".join(f"{c:.{n}f}" for c in at) for at, n in ((components, 2), (place, 4)))
         return f"move {obstacle.name} by {1e3 * amount:.0f} mm towards ({towards}), to ({there})"
 
     return Remedy(change, words, _pointer(k), 0.02, FARTHEST, 1e-3, requirement)
 
 
-def _ways(cell: Cell, k: int) -> list[Floats]:
+def _directions(cell: Cell, k: int) -> list[Floats]:
     """Directions: away from the task and along the obstacle's own axes first."""
     obstacle = cell.surroundings.obstacles[k]
     off = obstacle.pose[:3, 3] - np.mean(cell.task.poses[:, :3, 3], axis=0)
     own = obstacle.pose[:2, 0] if np.hypot(*obstacle.pose[:2, 0]) > 1e-6 else np.array([1.0, 0.0])
     start = atan2(float(own[1]), float(own[0]))
-    level = [np.array([np.cos(start + t), np.sin(start + t), 0.0]) for t in 2.0 * np.pi * np.arange(WAYS) / WAYS]
+    level = [
+        np.array([np.cos(start + t), np.sin(start + t), 0.0]) for t in 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+    ]
     away = float(np.hypot(off[0], off[1]))
     first = [np.array([off[0] / away, off[1] / away, 0.0])] if away > 1e-9 else []
-    return [np.round(way, 6) for way in (*first, *level, np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0]))]
+    return [
+        np.round(direction, 6) for direction in (*first, *level, np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0]))
+    ]
 
 
 def _enough(remedy: Remedy, points: tuple[ArmSolution, ...]) -> float:

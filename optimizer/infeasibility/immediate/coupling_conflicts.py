@@ -194,9 +194,9 @@ def _directions(distance: Distance, couplings: Sequence[Coupling]) -> list[float
     It may be off by `KEPT` to the side, which shortens it by less.
     """
     first, second = distance.arms
-    ways = [coupling for coupling in couplings if isinstance(coupling, Direction)]
-    return [way.angle for way in ways if way.arms == (first, second)] + [
-        way.angle + pi for way in ways if way.arms == (second, first)
+    directions = [coupling for coupling in couplings if isinstance(coupling, Direction)]
+    return [direction.angle for direction in directions if direction.arms == (first, second)] + [
+        direction.angle + pi for direction in directions if direction.arms == (second, first)
     ]
 
 

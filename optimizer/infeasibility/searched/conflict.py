@@ -33,11 +33,11 @@ class Known:
     """A layout met on the way.
 
     Attributes:
-        ways: index of an arm -> where it stands and how it goes; arms that are not there are not placed.
+        paths: index of an arm -> where it stands and how it goes; arms that are not there are not placed.
         breaks: all that it breaks.
     """
 
-    ways: dict[int, PartialPath]
+    paths: dict[int, PartialPath]
     breaks: tuple[Violation, ...]
 
     def keeps(self, selection: Selection) -> bool:
@@ -81,10 +81,10 @@ class ConflictSearch:
         """True if the time is over, or there is nothing to be explained."""
         return self.solved or time.perf_counter() > self.deadline
 
-    def meet(self, ways: dict[int, PartialPath], kept: Selection | None = None) -> None:
+    def meet(self, paths: dict[int, PartialPath], kept: Selection | None = None) -> None:
         """Take a layout over; ``kept`` is what it was found to keep, whatever rounding says."""
-        breaks = (*violations(self.cell, ways), *self.part)
-        self.known.append(Known(ways, tuple(v for v in breaks if kept is None or not v.within(kept))))
+        breaks = (*violations(self.cell, paths), *self.part)
+        self.known.append(Known(paths, tuple(v for v in breaks if kept is None or not v.within(kept))))
         self.solved |= kept == self.whole
 
     def run(self) -> Conflict:
@@ -177,16 +177,16 @@ class ConflictSearch:
         if found is None:
             self.known = [known.without(selection) if known.keeps(selection) else known for known in self.known]
             return False
-        ways = {
+        paths = {
             a: extended(self.cell, self.cell.arms[a], point, selection.first, selection.last)
             for a, point in zip(arms_of(self.cell, selection), found.points, strict=True)
         }
-        self.meet(ways, selection)
+        self.meet(paths, selection)
         return True
 
     def _hint(self, known: Known, selection: Selection) -> tuple[ArmSolution, ...] | None:
         """A known layout as one of a selection, if it keeps that."""
         arms = arms_of(self.cell, selection)
-        if not known.keeps(selection) or any(a not in known.ways for a in arms):
+        if not known.keeps(selection) or any(a not in known.paths for a in arms):
             return None
-        return tuple(known.ways[a].between(selection.first, selection.last) for a in arms)
+        return tuple(known.paths[a].between(selection.first, selection.last) for a in arms)

@@ -36,7 +36,7 @@ def part_hits(cell: Cell) -> tuple[tuple[int, int, int], ...]:
     required = cell.surroundings.clearances.part_obstacle
     if required is None or not _part_hits(cell):
         return ()
-    step, model, places = _part_way(cell, required)
+    step, model, places = _part_along(cell, required)
     at_pose = np.append(np.diff(step, prepend=-1)[:-1] > 0, True)
     step = np.where(np.arange(len(step)) == len(step) - 1, len(cell.task) - 1, step)
     numbers = {obstacle.name: k for k, obstacle in enumerate(cell.surroundings.obstacles)}
@@ -50,11 +50,11 @@ def part_hits(cell: Cell) -> tuple[tuple[int, int, int], ...]:
     return tuple(hits)
 
 
-def _part_way(cell: Cell, required: float) -> tuple[Ints, CollisionModel, Configurations]:
+def _part_along(cell: Cell, required: float) -> tuple[Ints, CollisionModel, Configurations]:
     """The part among the obstacles on its way: index of the pose before (K,), bodies, places."""
     around = cell.surroundings
     model = CollisionModel((), Surroundings(around.obstacles, around.part, None, Clearances(part_obstacle=required)))
-    step, objects = _way(cell)
+    step, objects = _samples_along(cell)
     return step, model, model.configure(np.empty((0, 4, 4)), [], objects)
 
 
@@ -63,7 +63,7 @@ def _part_hits(cell: Cell) -> tuple[Reason, ...]:
     required = cell.surroundings.clearances.part_obstacle
     if required is None or cell.surroundings.part is None:
         return ()
-    step, model, places = _part_way(cell, required)
+    step, model, places = _part_along(cell, required)
     found = model.closest(places, PairClass.PART_OBSTACLE)
     if found is None or found[1].distance >= required - KEPT:
         return ()
@@ -77,7 +77,7 @@ def _part_hits(cell: Cell) -> tuple[Reason, ...]:
     return (Reason("", "collision", (int(step[k]),), detail, None, violation, "m"),)
 
 
-def _way(cell: Cell) -> tuple[Ints, Floats]:
+def _samples_along(cell: Cell) -> tuple[Ints, Floats]:
     """Poses and samples between them: index of the pose before (K,), object frames (K, 4, 4)."""
     path = ObjectPath(cell.task.poses)
     apart = np.maximum(np.linalg.norm(path.shifts, axis=1) / SHIFT, np.linalg.norm(path.turns, axis=1) / TURN)

@@ -50,19 +50,19 @@ class Violation:
         return inside and self.requirements <= selection.requirements
 
 
-def violations(cell: Cell, ways: Mapping[int, PartialPath]) -> tuple[Violation, ...]:
+def violations(cell: Cell, paths: Mapping[int, PartialPath]) -> tuple[Violation, ...]:
     """All that a layout breaks.
 
     Args:
         cell: the whole cell.
-        ways: index of an arm -> where it stands and how it goes along the task, for the arms that are placed.
+        paths: index of an arm -> where it stands and how it goes along the task, for the arms that are placed.
 
     Returns:
         Distances are looked at on samples of the path; the rest at the poses.
     """
-    missing = (Violation(frozenset({Requirement(Kind.ARM, a)})) for a in range(len(cell.arms)) if a not in ways)
-    own = (violation for a, way in ways.items() for violation in _of_arm(cell, a, way))
-    found = dict.fromkeys([*missing, *own, *_couplings(cell, ways), *_floor(cell, ways), *_along(cell, ways)])
+    missing = (Violation(frozenset({Requirement(Kind.ARM, a)})) for a in range(len(cell.arms)) if a not in paths)
+    own = (violation for a, path in paths.items() for violation in _of_arm(cell, a, path))
+    found = dict.fromkeys([*missing, *own, *_couplings(cell, paths), *_floor(cell, paths), *_along(cell, paths)])
     return tuple(found)
 
 
@@ -74,32 +74,32 @@ def part_violations(cell: Cell) -> tuple[Violation, ...]:
     )
 
 
-def _of_arm(cell: Cell, a: int, way: PartialPath) -> Iterator[Violation]:
+def _of_arm(cell: Cell, a: int, path: PartialPath) -> Iterator[Violation]:
     """What an arm breaks by itself."""
-    arm, point = cell.arms[a], way.point
+    arm, point = cell.arms[a], path.point
     this = Requirement(Kind.ARM, a)
-    for pose in way.lost:
+    for pose in path.lost:
         yield Violation(frozenset({this}), pose, pose)
     place, region = point.position, arm.base.bounds[:3]
     off = float(np.max(np.maximum(region[:, 0] - place, place - region[:, 1])))
     if max(off, arm.base.yaw_outside(point.yaw)) > EXACT:
         yield Violation(frozenset({this, Requirement(Kind.REGION, a)}))
     form = posture_form(arm.robot)
-    if form is not None and not arm.posture.admits(path_signs(form, point.joints[way.first : way.last + 1])):
+    if form is not None and not arm.posture.admits(path_signs(form, point.joints[path.first : path.last + 1])):
         yield Violation(frozenset({this, Requirement(Kind.POSTURE, a)}))
-    q = point.joints[way.first : way.last + 1]
+    q = point.joints[path.first : path.last + 1]
     for row, joint in np.argwhere(arm.limit_excess(q) > EXACT):
-        pose = way.first + int(row)
+        pose = path.first + int(row)
         yield Violation(frozenset({this, _limit(arm, a, int(joint))}), pose, pose)
-    joined = cell.task.joined[way.first : way.last]
+    joined = cell.task.joined[path.first : path.last]
     for row in np.flatnonzero(joined & np.any(np.abs(np.diff(q, axis=0)) > cell.max_joint_step + EXACT, axis=1)):
-        pose = way.first + int(row)
+        pose = path.first + int(row)
         yield Violation(frozenset({this, Requirement(Kind.STEP)}), pose, pose + 1)
     for row in np.flatnonzero(wrist_shortfall(arm, q.T[..., None])):
         rule = frozenset({this, Requirement(Kind.SINGULARITIES, a)})
-        yield Violation(rule, way.first + int(row), way.first + int(row))
+        yield Violation(rule, path.first + int(row), path.first + int(row))
     for row in np.flatnonzero(_ill_conditioned(arm, q)):
-        pose = way.first + int(row)
+        pose = path.first + int(row)
         yield Violation(frozenset({this, Requirement(Kind.CONDITIONING, a)}), pose, pose)
 
 
@@ -118,8 +118,8 @@ def _ill_conditioned(arm: Arm, joints: np.ndarray) -> np.ndarray:
     return np.asarray(values < arm.min_conditioning - EXACT)
 
 
-def _couplings(cell: Cell, ways: Mapping[int, PartialPath]) -> Iterator[Violation]:
-    bases = {a: (*way.point.position, way.point.yaw) for a, way in ways.items()}
+def _couplings(cell: Cell, paths: Mapping[int, PartialPath]) -> Iterator[Violation]:
+    bases = {a: (*path.point.position, path.point.yaw) for a, path in paths.items()}
     for k, coupling in enumerate(cell.couplings):
         if all(arm in bases for arm in coupling.arms):
             rows = coupling.rows([bases.get(a, (0.0,) * 4) for a in range(len(cell.arms))])
@@ -128,12 +128,12 @@ def _couplings(cell: Cell, ways: Mapping[int, PartialPath]) -> Iterator[Violatio
                 yield Violation(frozenset({Requirement(Kind.COUPLING, k), *arms}))
 
 
-def _floor(cell: Cell, ways: Mapping[int, PartialPath]) -> Iterator[Violation]:
+def _floor(cell: Cell, paths: Mapping[int, PartialPath]) -> Iterator[Violation]:
     floor = cell.surroundings.floor
     if floor is None:
         return
-    for a, way in ways.items():
-        arm, point = cell.arms[a], way.point
+    for a, path in paths.items():
+        arm, point = cell.arms[a], path.point
         footprint = cell.surroundings.footprint(arm.name)
         gap = floor.signed_distance(point.position[None, :2], footprint, world_yaw(arm, point.yaw))
         if float(gap[0]) < -LIMITS:
@@ -143,14 +143,14 @@ def _floor(cell: Cell, ways: Mapping[int, PartialPath]) -> Iterator[Violation]:
 # --- along the path ---------------------------------------------------------------------------------------------------
 
 
-def _along(cell: Cell, ways: Mapping[int, PartialPath]) -> Iterator[Violation]:
+def _along(cell: Cell, paths: Mapping[int, PartialPath]) -> Iterator[Violation]:
     """Bodies that come too near to each other, and joint limits between the poses."""
-    arms = list(ways)
+    arms = list(paths)
     if not cell.surroundings.clearances.any or not arms:
         return
-    first, last = max(way.first for way in ways.values()), min(way.last for way in ways.values())
+    first, last = max(path.first for path in paths.values()), min(path.last for path in paths.values())
     part = replace(cell, arms=tuple(cell.arms[a] for a in arms), couplings=()).part(first, last)
-    points = [ways[a].between(first, last) for a in arms]
+    points = [paths[a].between(first, last) for a in arms]
     scene = Scene.of(part, holders=cell.arms)
     samples = sample_path(part, scene.path, scene.bases(points), points)
     if not samples.followed:

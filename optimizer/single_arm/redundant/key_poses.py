@@ -39,15 +39,15 @@ def key_poses(problem: UnreducedProblem, per_segment: int) -> Ints:
 
 def _nearest(problem: UnreducedProblem, segment: slice, wanted: Floats) -> Ints:
     """Indices of the poses of a segment at these shares of the measure."""
-    way, weights = travelled(problem, segment), problem.weights[segment]
-    count = len(way)
+    arc, weights = travelled(problem, segment), problem.weights[segment]
+    count = len(arc)
     if count <= len(wanted) + WHOLE and len(wanted) > 1:
         return np.arange(segment.start, segment.stop)
     total = float(np.sum(weights))
     weights = weights / total if total > 0.0 else np.full(count, 1.0 / count)
     middles = np.cumsum(weights) - 0.5 * weights
     spread = (middles - middles[0]) / max(middles[-1] - middles[0], TIE)
-    share = 0.5 * (way / way[-1] + spread) if way[-1] > TIE else spread
+    share = 0.5 * (arc / arc[-1] + spread) if arc[-1] > TIE else spread
     return np.array([segment.start + _pick(problem, segment, np.abs(share - w)) for w in wanted])
 
 
@@ -68,9 +68,9 @@ def shares(problem: UnreducedProblem, keys: Ints) -> Floats:
     matrix = np.zeros((len(problem.positions), len(keys)))
     for segment in problem.segments:
         own = np.flatnonzero((keys >= segment.start) & (keys < segment.stop))
-        way = travelled(problem, segment)
-        marks = way[keys[own] - segment.start]
-        for number, s in enumerate(way):
+        arc = travelled(problem, segment)
+        marks = arc[keys[own] - segment.start]
+        for number, s in enumerate(arc):
             matrix[segment.start + number, own] = _hat(marks, float(s))
     return matrix
 
@@ -96,7 +96,7 @@ def reduced_to(problem: UnreducedProblem, keys: Ints) -> UnreducedProblem:
     return problem.only(keys, weights * (len(keys) / np.sum(weights)))
 
 
-def on_the_way(anchors: UnreducedProblem, keys: UnreducedProblem, part: float) -> UnreducedProblem:
+def partly_moved(anchors: UnreducedProblem, keys: UnreducedProblem, part: float) -> UnreducedProblem:
     """The key poses at a part of the way from the anchor pose of their segment (one anchor per segment)."""
     if part >= 1.0:
         return keys

@@ -153,10 +153,10 @@ def _shortest(layers: list[_Layer], endless: Bools, allowed: float) -> list[Floa
     for before, after in pairwise(layers):
         step = before.joints[:, :, None] - after.joints[:, None, :]
         step[endless] -= TURN * np.round(step[endless] / TURN)
-        ways = total[:, None] + LEAP_PRICE * np.maximum(np.max(np.abs(step), axis=0) - allowed, 0.0)
-        best = np.argmin(ways, axis=0)
+        costs_to = total[:, None] + LEAP_PRICE * np.maximum(np.max(np.abs(step), axis=0) - allowed, 0.0)
+        best = np.argmin(costs_to, axis=0)
         back.append(best)
-        total = ways[best, np.arange(len(best))] + after.costs
+        total = costs_to[best, np.arange(len(best))] + after.costs
     path = [int(np.argmin(total))]
     for best in reversed(back):
         path.append(int(best[path[-1]]))

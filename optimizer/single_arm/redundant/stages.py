@@ -13,7 +13,7 @@ import numpy as np
 from duocell.models.base.arrays import Bools, Floats, Ints
 from duocell.optimizer.single_arm.redundant.draws import draw_seeds, drawn_postures, fit_to_bases
 from duocell.optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
-from duocell.optimizer.single_arm.redundant.key_poses import key_poses, on_the_way, reduced_to, shares
+from duocell.optimizer.single_arm.redundant.key_poses import key_poses, partly_moved, reduced_to, shares
 from duocell.optimizer.single_arm.redundant.parameters import UnreducedParameters
 from duocell.optimizer.single_arm.redundant.ranking import Figures, best_windings, distinct, figures
 from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem
@@ -92,7 +92,7 @@ def spread(
     seeds = Seeds(seeds.joints[:, own], seeds.bases)
     for part in parameters.spread_parts:
         how = Iterations(parameters.spread_iterations, parameters.spread_pull, parameters.soft, base_moves)
-        seeds = gauss_newton(on_the_way(start, keys, part), seeds, how)
+        seeds = gauss_newton(partly_moved(start, keys, part), seeds, how)
     how = Iterations(parameters.key_iterations, parameters.key_pull, parameters.soft, base_moves)
     return best_windings(keys, gauss_newton(keys, seeds, how)), keys, poses
 

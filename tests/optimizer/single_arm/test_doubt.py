@@ -16,8 +16,8 @@ from duocell.optimizer.reduction.box import search_box
 from duocell.optimizer.settings import CertificateSettings, Settings
 from duocell.optimizer.single_arm.doubt import at_limit, in_doubt
 from duocell.optimizer.single_arm.search import search_arm
+from duocell.optimizer.verification.arm_path import check_arm_path
 from duocell.optimizer.verification.verify import check
-from duocell.optimizer.verification.way import follow_way
 
 
 def searched(cell):
@@ -30,7 +30,7 @@ def test_a_sliver_between_wide_joint_steps_is_found_and_its_boxes_are_not_bounde
     found = searched(cell)
     assert found.objective < 55.8625
     assert check(cell, cell.arms[0], found.best).usable
-    assert follow_way(cell, cell.arms[0], found.best).free
+    assert check_arm_path(cell, cell.arms[0], found.best).free
     boxes = found.tree.boxes
     proof = prove(cell, [found], CoupledSearch(), CertificateSettings(0.02, 60.0), lambda _, __: None)
     assert proof.proved
@@ -46,7 +46,7 @@ def test_bases_about_an_answer_with_a_joint_at_its_limit_are_looked_at():
     cell = case("miss_dwell_34 alone").cell
     found = searched(cell)
     assert found.objective < 1.001 * 230.627582
-    assert follow_way(cell, cell.arms[0], found.best).free
+    assert check_arm_path(cell, cell.arms[0], found.best).free
 
 
 def test_nothing_is_in_doubt_in_the_midst_of_what_is_allowed():

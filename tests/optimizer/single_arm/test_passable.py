@@ -14,8 +14,8 @@ from duocell.optimizer.nlp.measure import objective_of
 from duocell.optimizer.settings import Settings
 from duocell.optimizer.single_arm.passable import passable, with_places
 from duocell.optimizer.single_arm.search import search_arm
+from duocell.optimizer.verification.arm_path import check_arm_path
 from duocell.optimizer.verification.verify import check
-from duocell.optimizer.verification.way import follow_way
 
 
 @pytest.mark.parametrize("seed", [11, 13, 21])
@@ -25,17 +25,17 @@ def test_the_answer_can_be_followed_where_the_best_at_the_poses_cannot(seed):
     for arm in cell.arms:
         found = search_arm(cell, arm, Settings(), time.perf_counter() + 60.0)
         value, point = found.optima[0]
-        way = follow_way(cell, arm, point)
+        checked = check_arm_path(cell, arm, point)
         assert found.best is not None
-        assert follow_way(cell, arm, found.best).free
+        assert check_arm_path(cell, arm, found.best).free
         assert check(cell, arm, found.best).usable
         assert found.objective == pytest.approx(objective_of(cell.task, arm, found.best.joints), rel=1e-9)
-        if way.free:
+        if checked.free:
             assert found.objective == value
             continue
         stuck += 1
         assert value < found.objective < 1.05 * value
-        repaired = passable(cell, arm, point, way, time.perf_counter() + 60.0)
+        repaired = passable(cell, arm, point, checked, time.perf_counter() + 60.0)
         assert repaired is not None
         assert found.objective <= repaired[0]
     assert stuck == 1

@@ -15,8 +15,8 @@ from duocell.optimizer.nlp.solve import SolveStatus
 from duocell.optimizer.settings import Settings
 from duocell.optimizer.single_arm import search as search_module
 from duocell.optimizer.single_arm.search import search_arm
+from duocell.optimizer.verification.arm_path import OVERSHOOT, check_arm_path
 from duocell.optimizer.verification.verify import check
-from duocell.optimizer.verification.way import OVERSHOOT, follow_way
 from tests.support.given.arms import region
 from tests.support.given.tasks import possible
 
@@ -101,7 +101,7 @@ def test_a_usable_base_that_screening_found_is_not_lost_by_the_local_solver():
     found = search_arm(cell, task.arm, Settings(), time.perf_counter() + 60.0)
     assert found.optima[0][0] <= 1.001 * 551.58  # by brute force, at the poses alone
     assert found.best is not None
-    (one,) = follow_way(cell, task.arm, found.best).excesses
+    (one,) = check_arm_path(cell, task.arm, found.best).excesses
     assert (one.joint, one.pose) == ("j3", 3)
     assert 1e-4 < one.amount < OVERSHOOT
 

@@ -19,8 +19,8 @@ from duocell.optimizer.nlp.program import ArmSolution, joint_bounds
 from duocell.optimizer.optimize import optimize
 from duocell.optimizer.results.layout import Outcome
 from duocell.optimizer.settings import Settings
+from duocell.optimizer.verification.arm_path import check_arm_path
 from duocell.optimizer.verification.verify import SIDE, check
-from duocell.optimizer.verification.way import follow_way
 from tests.models.kinematics.test_nominal import calibrated
 from tests.support.given.arms import make_arm, region
 
@@ -81,12 +81,12 @@ def test_a_wrist_at_the_singularity_of_its_drawing_alone_is_usable() -> None:
 
 def test_a_way_through_the_singularity_of_the_wrist_is_told() -> None:
     cell, joints = at(-0.05, 0.05)
-    way = follow_way(cell, cell.arms[0], ArmSolution(np.zeros(3), 0.0, joints))
-    assert way.breaks
+    checked = check_arm_path(cell, cell.arms[0], ArmSolution(np.zeros(3), 0.0, joints))
+    assert checked.breaks
     allowed, _ = at(-0.05, 0.05, avoid_singularities=False)
-    assert not follow_way(allowed, allowed.arms[0], ArmSolution(np.zeros(3), 0.0, joints)).breaks
+    assert not check_arm_path(allowed, allowed.arms[0], ArmSolution(np.zeros(3), 0.0, joints)).breaks
     beside, joints = at(0.05, 0.1)
-    assert not follow_way(beside, beside.arms[0], ArmSolution(np.zeros(3), 0.0, joints)).breaks
+    assert not check_arm_path(beside, beside.arms[0], ArmSolution(np.zeros(3), 0.0, joints)).breaks
 
 
 def test_programs_keep_the_wrist_on_its_side() -> None:

@@ -22,19 +22,19 @@ from duocell.optimizer.optimize import optimize
 def test_a_layout_that_is_known_to_work_breaks_nothing(seed):
     real = real_cell(seed)
     assert real.known is not None
-    ways = known_ways(real.cell, real.known)
-    assert violations(real.cell, ways) == ()
-    points = [way.point for way in ways.values()]
+    paths = known_paths(real.cell, real.known)
+    assert violations(real.cell, paths) == ()
+    points = [path.point for path in paths.values()]
     middle = {
         a: extended(real.cell, arm, replace(p, joints=p.joints[1:3]), 1, 2)
         for a, (arm, p) in enumerate(zip(real.cell.arms, points, strict=True))
     }
-    for a, way in middle.items():
-        assert (way.first, way.last, way.lost) == (0, len(real.cell.task) - 1, ())
-        assert way.point.joints == pytest.approx(points[a].joints, abs=1e-6)
+    for a, path in middle.items():
+        assert (path.first, path.last, path.lost) == (0, len(real.cell.task) - 1, ())
+        assert path.point.joints == pytest.approx(points[a].joints, abs=1e-6)
 
 
-def known_ways(cell: Cell, known) -> dict[int, PartialPath]:
+def known_paths(cell: Cell, known) -> dict[int, PartialPath]:
     return {
         a: PartialPath(ArmSolution(stand[:3], float(stand[3]), q, None), 0, len(q) - 1, ())
         for a, (stand, q) in enumerate(zip(known.stands, known.joints, strict=True))
@@ -46,13 +46,13 @@ def test_what_is_broken_is_what_a_dense_check_finds(seed):
     """The best layout of arms that know of nothing around them: the same classes, floor, couplings as a slow judge."""
     cell = real_cell(seed).cell
     best = optimize(replace(cell, surroundings=Surroundings(), couplings=()))
-    ways = {
+    paths = {
         a: PartialPath(ArmSolution(p.position, p.yaw, p.joints, None), 0, len(cell.task) - 1, ())
         for a, p in enumerate(best.placements)
     }
-    found = violations(cell, ways)
-    stands = np.array([[*way.point.position, way.point.yaw] for way in ways.values()])
-    verdict = dense_check(cell, stands, [way.point.joints for way in ways.values()], 0.01, 0.05)
+    found = violations(cell, paths)
+    stands = np.array([[*path.point.position, path.point.yaw] for path in paths.values()])
+    verdict = dense_check(cell, stands, [path.point.joints for path in paths.values()], 0.01, 0.05)
     kinds = {frozenset(e.kind for e in v.requirements) for v in found}
     asked = cell.surroundings.clearances
     pairs = {

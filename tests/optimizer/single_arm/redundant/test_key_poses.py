@@ -9,7 +9,7 @@ from duocell.models.base.pose import rotation_z, transform
 from duocell.models.cell.task import Task, line
 from duocell.models.cell.task_sequence import TaskSegment, task_sequence
 from duocell.optimizer.reduction.box import search_box
-from duocell.optimizer.single_arm.redundant.key_poses import key_poses, on_the_way, reduced_to, shares
+from duocell.optimizer.single_arm.redundant.key_poses import key_poses, partly_moved, reduced_to, shares
 from duocell.optimizer.single_arm.redundant.unreduced_problem import unreduced_problem
 from tests.support.given.tasks import possible
 
@@ -64,6 +64,6 @@ def test_joints_go_linearly_from_key_to_key_within_each_segment():
 def test_halfway_is_halfway():
     problem = problem_of(straight(5))
     keys, anchors = np.array([0, 4]), np.array([2])
-    half = on_the_way(problem.only(anchors, np.ones(1)), problem.only(keys, np.ones(2)), 0.5)
+    half = partly_moved(problem.only(anchors, np.ones(1)), problem.only(keys, np.ones(2)), 0.5)
     assert np.allclose(half.positions, problem.positions[[1, 3]])
     assert np.allclose(half.rotations, problem.rotations[[1, 3]])

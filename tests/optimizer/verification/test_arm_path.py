@@ -19,8 +19,8 @@ from duocell.models.robot.arm import Arm
 from duocell.models.robot.linear_limits import LinearLimits
 from duocell.optimizer.clearance.path_samples import ObjectPath, follow, keep_inside
 from duocell.optimizer.nlp.program import ArmSolution
-from duocell.optimizer.verification.way import follow_way
-from duocell.optimizer.verification.words import way_faults
+from duocell.optimizer.verification.arm_path import check_arm_path
+from duocell.optimizer.verification.words import arm_path_faults
 from tests.support.given.arms import make_arm
 from tests.support.given.tasks import Possible, possible
 
@@ -64,14 +64,14 @@ def test_breaks_are_those_of_a_dense_continuation(name):
     found = []
     for seed in range(8):
         task, point = given(name, seed, step=2.0)
-        way = follow_way(task.cell, task.arm, point)
+        checked = check_arm_path(task.cell, task.arm, point)
         arrives, beyond = dense(task, point, count=60)
         if not arrives:  # near a singularity steps have to be small
             arrives, beyond = dense(task, point, count=1500)
-        found.append((not way.breaks, arrives))
-        if arrives and not way.breaks:
-            assert bool(way.excesses) or beyond <= 1e-4
-            assert max((one.amount for one in way.excesses), default=0.0) <= max(beyond, 0.0) + 1e-4
+        found.append((not checked.breaks, arrives))
+        if arrives and not checked.breaks:
+            assert bool(checked.excesses) or beyond <= 1e-4
+            assert max((one.amount for one in checked.excesses), default=0.0) <= max(beyond, 0.0) + 1e-4
     assert [ours for ours, _ in found] == [theirs for _, theirs in found]
     assert 1 <= sum(arrives for _, arrives in found) <= 7
 
@@ -79,26 +79,26 @@ def test_breaks_are_those_of_a_dense_continuation(name):
 def broken() -> tuple[Possible, ArmSolution]:
     for seed in range(40):
         task, point = given("ur10e", seed, step=2.0)
-        if follow_way(task.cell, task.arm, point).breaks:
+        if check_arm_path(task.cell, task.arm, point).breaks:
             return task, point
     raise AssertionError("no way breaks")
 
 
 def test_a_break_is_told_with_the_poses_between_which_one_is_missing():
     task, point = broken()
-    (reason,) = way_faults(follow_way(task.cell, task.arm, point).breaks, ())
+    (reason,) = arm_path_faults(check_arm_path(task.cell, task.arm, point).breaks, ())
     assert (reason.kind, reason.poses) == ("joint_step", (0, 1))
     assert "add a pose between 0 and 1" in reason.detail
 
 
 def test_from_segment_to_segment_there_is_no_way():
     task, point = broken()
-    assert follow_way(replace(task.cell, task=Task(task.cell.task.poses, starts=(0, 1))), task.arm, point).free
+    assert check_arm_path(replace(task.cell, task=Task(task.cell.task.poses, starts=(0, 1))), task.arm, point).free
 
 
 def test_a_redundant_arm_is_followed_by_newtons_method():
     task = possible("iiwa14", np.random.default_rng(4), poses=4, step=0.1)
-    assert follow_way(task.cell, task.arm, ArmSolution(task.position, task.yaw, task.joints)).free
+    assert check_arm_path(task.cell, task.arm, ArmSolution(task.position, task.yaw, task.joints)).free
 
 
 def test_a_redundant_arm_gives_way_to_a_limit_between_its_poses():
@@ -113,7 +113,7 @@ def test_a_redundant_arm_gives_way_to_a_limit_between_its_poses():
     upper = task.arm.upper.copy()
     upper[joint] = middle[joint] - 0.5 * over[joint]
     arm = replace(task.arm, upper=upper)
-    assert follow_way(replace(task.cell, arms=(arm,)), arm, point).free
+    assert check_arm_path(replace(task.cell, arms=(arm,)), arm, point).free
     (inside,), arrived = keep_inside(arm, base, flange, middle[None])
     assert arrived[0]
     assert inside[joint] == upper[joint]
@@ -131,7 +131,7 @@ def test_a_redundant_arm_gives_way_to_a_linear_limit_between_its_poses():
     assert over - ends > 5e-2
     limits = LinearLimits(("sum",), row[None], np.array([over - 4.0]), np.array([over - 0.5 * (over - ends)]))
     arm = replace(task.arm, linear_limits=limits)
-    assert follow_way(replace(task.cell, arms=(arm,)), arm, point).free
+    assert check_arm_path(replace(task.cell, arms=(arm,)), arm, point).free
     (inside,), arrived = keep_inside(arm, base, flange, middle[None])
     assert arrived[0]
     assert float(inside @ row) == pytest.approx(float(limits.upper[0]), abs=1e-8)
@@ -177,12 +177,12 @@ def past_stretched(elbow: float, outwards: float = 0.0) -> tuple[Cell, Arm, ArmS
     [(2e-3, 0.0, True), (5e-4, 0.0, False), (0.0, 0.0, False), (0.0, 2e-6, False), (0.0, -1e-4, True)],
 )
 def test_an_elbow_that_is_all_but_stretched_between_two_poses_is_seen(elbow, outwards, free):
-    way = follow_way(*past_stretched(elbow, outwards))
-    assert way.samples < 100
-    assert (not way.breaks) == free
+    checked = check_arm_path(*past_stretched(elbow, outwards))
+    assert checked.samples < 100
+    assert (not checked.breaks) == free
     if not free:
-        assert way.breaks[0].fraction == pytest.approx(3.0 / 7.0, abs=0.02)
-        (reason,) = way_faults(way.breaks, ())
+        assert checked.breaks[0].fraction == pytest.approx(3.0 / 7.0, abs=0.02)
+        (reason,) = arm_path_faults(checked.breaks, ())
         assert "touches a singularity of shoulder, elbow or wrist; add a pose between 0 and 1" in reason.detail
 
 
@@ -204,12 +204,12 @@ def stretched_at(pose: int) -> tuple[Cell, Arm, ArmSolution]:
 
 
 def test_a_way_may_begin_and_end_at_a_singularity_but_not_go_through_one():
-    assert [follow_way(*stretched_at(pose)).free for pose in range(3)] == [True, False, True]
+    assert [check_arm_path(*stretched_at(pose)).free for pose in range(3)] == [True, False, True]
     cell, arm, point = stretched_at(1)
-    (found, *_) = follow_way(cell, arm, point).breaks
+    (found, *_) = check_arm_path(cell, arm, point).breaks
     assert (found.pose, found.fraction) == (1, 0.0)
     alone = replace(cell, task=Task(cell.task.poses, starts=(0, 1, 2)))
-    assert follow_way(alone, arm, point).free
+    assert check_arm_path(alone, arm, point).free
 
 
 def test_a_small_overshoot_between_poses_is_told_and_does_not_count():
@@ -222,13 +222,13 @@ def test_a_small_overshoot_between_poses_is_told_and_does_not_count():
             free = np.full(6, 20.0)
             free[joint] = ends[joint]
             arm = replace(task.arm, lower=-np.full(6, 20.0), upper=free)
-            way = follow_way(task.cell, arm, point)
-            if way.breaks or not way.excesses:
+            checked = check_arm_path(task.cell, arm, point)
+            if checked.breaks or not checked.excesses:
                 continue
-            (one,) = way.excesses
+            (one,) = checked.excesses
             counts = one.amount > np.radians(1.0)
-            assert bool(way.beyond) == counts
-            assert way.tolerable == (not counts)
-            assert not way.free
+            assert bool(checked.beyond) == counts
+            assert checked.tolerable == (not counts)
+            assert not checked.free
             seen.add(counts)
     assert seen == {True, False}

@@ -11,10 +11,10 @@ from duocell.models.collision.collision import CollisionModel
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.clearance.clearance import LimitExcess, PathClearance, check_clearance
 from duocell.optimizer.nlp.program import ArmSolution
-from duocell.optimizer.verification.way import follow_way
+from duocell.optimizer.verification.arm_path import check_arm_path
 
 
-def check_whole_way(cell: Cell, model: CollisionModel | None, points: Sequence[ArmSolution]) -> PathClearance:
+def check_whole_path(cell: Cell, model: CollisionModel | None, points: Sequence[ArmSolution]) -> PathClearance:
     """Check a layout at and between its poses.
 
     Args:
@@ -23,11 +23,11 @@ def check_whole_way(cell: Cell, model: CollisionModel | None, points: Sequence[A
         points: one per arm, as accurate as `duocell.optimizer.verification.verify` asks for.
     """
     pairs = list(zip(cell.arms, points, strict=True))
-    ways = [follow_way(cell, arm, point) for arm, point in pairs]
-    breaks = {(one.arm, one.pose): one for way in ways for one in reversed(way.breaks)}
-    beyond = [one for way in ways for one in way.excesses]
+    checks = [check_arm_path(cell, arm, point) for arm, point in pairs]
+    breaks = {(one.arm, one.pose): one for check in checks for one in reversed(check.breaks)}
+    beyond = [one for check in checks for one in check.excesses]
     nearest = max((_at_poses(arm, point) for arm, point in pairs), key=lambda one: one.amount)
-    samples = sum(way.samples for way in ways)
+    samples = sum(check.samples for check in checks)
     if model is None:
         worst = max([nearest, *beyond], key=lambda one: one.amount)
         return PathClearance((), tuple(breaks.values()), worst, not breaks, samples)

@@ -60,7 +60,7 @@ REACHED = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class ArmPathCheck:
     """What one arm meets between its poses.
 
     Attributes:
@@ -127,7 +127,7 @@ Follower = Callable[[Floats, _Intervals], tuple[Floats, Bools]]
 """From flange poses (I, 4, 4) in the world: joints (I, n) rad in the middles, and (I,) True where there are any."""
 
 
-def follow_way(cell: Cell, arm: Arm, point: ArmSolution, resolution: Resolution | None = None) -> Way:
+def check_arm_path(cell: Cell, arm: Arm, point: ArmSolution, resolution: Resolution | None = None) -> ArmPathCheck:
     """Follow an arm along its path.
 
     Args:
@@ -172,7 +172,7 @@ def follow_way(cell: Cell, arm: Arm, point: ArmSolution, resolution: Resolution 
             terms = margin_terms(arm, np.stack([open_.before, found, open_.after])) + relief[open_.step]
             close |= _may_touch(terms)
         open_ = halves[close | np.tile(far, 2)]
-    return Way(tuple(breaks), tuple(beyond[i] for i in sorted(beyond)), samples)
+    return ArmPathCheck(tuple(breaks), tuple(beyond[i] for i in sorted(beyond)), samples)
 
 
 @lru_cache(maxsize=4)
@@ -235,8 +235,8 @@ def _branch(form: ClosedForm, signs: Ints, targets: Floats, at: _Intervals) -> t
 def _travel(at: _Intervals, joints: Floats) -> tuple[Floats, Bools]:
     """(I, n) rad by which the middles lie off the chord, and (I,) True where a joint travels far on a half."""
     sag = np.abs(joints - 0.5 * (at.before + at.after))
-    way = 0.5 * SAFETY * (np.abs(at.after - at.before) + 4.0 * sag)
-    return sag, np.max(way, axis=1, initial=0.0) > FAR
+    travel = 0.5 * SAFETY * (np.abs(at.after - at.before) + 4.0 * sag)
+    return sag, np.max(travel, axis=1, initial=0.0) > FAR
 
 
 def _turns_in_place(arm: Arm, joints: Floats) -> Bools:

@@ -117,8 +117,8 @@ class _Search:
             self.memory.note(np.where(good, exact, np.inf), numbers)
         else:
             self.memory.looked += len(numbers)
-        priced: Floats = cost + 10.0 * self.scale * outside
-        return priced
+        penalised: Floats = cost + 10.0 * self.scale * outside
+        return penalised
 
     def stands(self, numbers: Floats) -> tuple[list[OwnStands], Floats]:
         """What both arms do there, and how far bases are outside."""

@@ -109,8 +109,8 @@ class Proposals:
         one, other = (centre for centre in centres if centre is not None)
         off = total - one.point.yaw - other.point.yaw
         off -= TURN * round(off / TURN)
-        prices = [tree.problem.arm.weights[0] * len(tree.problem.positions) for tree in self.trees]
-        share = prices[1] / max(sum(prices), 1e-300)
+        weights = [tree.problem.arm.weights[0] * len(tree.problem.positions) for tree in self.trees]
+        share = weights[1] / max(sum(weights), 1e-300)
         layouts = _turned_by(self.trees[0], one, share * off), _turned_by(self.trees[1], other, (1.0 - share) * off)
         if sum(layout.objective for layout in layouts) >= self.objective * (1.0 - WORTH):
             return None, None

@@ -29,17 +29,17 @@ class BestYaw:
     """The best yaws of N boxes.
 
     Attributes:
-        yaw: (N,) rad. radius: (N,) rad, inf where unknown. price: V of a rad².
+        yaw: (N,) rad. radius: (N,) rad, inf where unknown. weight: V of a rad².
         paid: (N,) part of what other yaws cost that the bounds of the boxes contain already, V D₀².
     """
 
     yaw: Floats
     radius: Floats
-    price: float
+    weight: float
     paid: Floats
 
     def __getitem__(self, rows: Ints) -> BestYaw:
-        return BestYaw(self.yaw[rows], self.radius[rows], self.price, self.paid[rows])
+        return BestYaw(self.yaw[rows], self.radius[rows], self.weight, self.paid[rows])
 
 
 def best_yaw(first: Ball, rules: Rules, sigma: int) -> BestYaw:
@@ -53,28 +53,28 @@ def best_yaw(first: Ball, rules: Rules, sigma: int) -> BestYaw:
     total = float(np.sum(counts))
     radius = np.max(path.radius, axis=1)
     known = np.all(linked, axis=1) & (len(rules.segments) == 1) & (total > 0.0)
-    price = float(rules.weights[0]) * total
+    weight = float(rules.weights[0]) * total
     wanted = rules.reference[0] - path.centre @ counts / (total or 1.0)
     low, high = rules.lower[0] - np.min(path.centre, axis=1), rules.upper[0] - np.max(path.centre, axis=1)
     if not rules.shifts.free:
         least = least_turn(wanted, radius, allowed_shifts((low, high), rules))
         known &= np.isfinite(least)
-        paid = price * np.where(known, least, 0.0) ** 2
-        return BestYaw(-sigma * wanted, np.where(known, radius, np.inf), price, paid)
+        paid = weight * np.where(known, least, 0.0) ** 2
+        return BestYaw(-sigma * wanted, np.where(known, radius, np.inf), weight, paid)
     shift = np.where(low <= high, np.clip(wanted, low, np.maximum(low, high)), wanted)
     known &= low <= high
-    return BestYaw(-sigma * shift, np.where(known, radius, np.inf), price, np.zeros(len(radius)))
+    return BestYaw(-sigma * shift, np.where(known, radius, np.inf), weight, np.zeros(len(radius)))
 
 
 def mirrored_cost(couplings: tuple[Coupling, ...], arms: tuple[int, int], first: BestYaw, second: BestYaw) -> Floats:
     """(P,) what mirrored yaws add at least to the bounds of pairs of boxes."""
     added: Floats = np.zeros(len(first.yaw))
-    both = first.price + second.price
+    both = first.weight + second.weight
     for coupling in couplings:
         if isinstance(coupling, Mirror) and set(arms) == set(coupling.arms) and both > 0.0:
             off = first.yaw + second.yaw - 2.0 * coupling.angle
             off = np.abs(off - TURN * np.round(off / TURN)) - first.radius - second.radius
-            cost = np.maximum(off, 0.0) ** 2 * first.price * second.price / both
+            cost = np.maximum(off, 0.0) ** 2 * first.weight * second.weight / both
             added = np.maximum(added, cost - first.paid - second.paid)
     return added
 
@@ -91,6 +91,6 @@ def sum_of_yaws(total: float, first: BestYaw, second: BestYaw) -> tuple[Floats, 
     off = first.yaw + second.yaw - total
     turn = TURN * np.round(off / TURN)
     apart = TURN - np.abs(off - turn) - first.radius - second.radius
-    both = first.price + second.price
-    cost = np.maximum(apart, 0.0) ** 2 * (first.price * second.price / both if both > 0.0 else 0.0)
+    both = first.weight + second.weight
+    cost = np.maximum(apart, 0.0) ** 2 * (first.weight * second.weight / both if both > 0.0 else 0.0)
     return total + turn, np.asarray(np.maximum(cost - first.paid - second.paid, 0.0))

@@ -142,7 +142,7 @@ class PairTree:
         self.by_ties.append((first[lost], second[lost]))
         self.untied += int(np.sum(lost))
         kept &= ~lost
-        self.price_ties(first, second, bound, kept, cutoff)
+        self.bound_ties(first, second, bound, kept, cutoff)
         good = kept & (bound >= cutoff)
         self.forgotten = min(self.forgotten, float(np.min(bound[good], initial=np.inf)))
         kept &= ~good
@@ -152,7 +152,7 @@ class PairTree:
         kept[left[apart]] = False
         return kept
 
-    def price_ties(self, first: Ints, second: Ints, bound: Floats, kept: Bools, cutoff: float) -> None:
+    def bound_ties(self, first: Ints, second: Ints, bound: Floats, kept: Bools, cutoff: float) -> None:
         """Raise the bounds (P,) of kept pairs by what couplings cost."""
         bounded = self.trees[0].nodes.bounded[first] & self.trees[1].nodes.bounded[second]
         rows = np.flatnonzero(kept & bounded)

@@ -90,14 +90,14 @@ def cell_costs(u: Floats, v: Floats, first: BestYaw, second: BestYaw) -> Floats:
     over = [first.radius[:, None] + _past(u), second.radius[:, None] + _past(v)]
     known = np.isfinite(over[0]) & np.isfinite(over[1])
     r, s = (np.where(known, radius, 0.0) for radius in over)
-    both = first.price + second.price
+    both = first.weight + second.weight
     gap = np.abs(u + v) - r - s
-    share = second.price / both if both > 0.0 else 0.5
+    share = second.weight / both if both > 0.0 else 0.5
     apart = -u + np.sign(u + v) * (r + gap * share)
     inside = np.clip(0.0, np.maximum(-u - r, v - s), np.minimum(-u + r, v + s))
     t = np.clip(np.where(gap > 0.0, apart, inside), -HALF, HALF)
-    cost = first.price * np.maximum(np.abs(u + t) - r, 0.0) ** 2
-    cost = cost + second.price * np.maximum(np.abs(v - t) - s, 0.0) ** 2
+    cost = first.weight * np.maximum(np.abs(u + t) - r, 0.0) ** 2
+    cost = cost + second.weight * np.maximum(np.abs(v - t) - s, 0.0) ** 2
     return np.asarray(np.where(known, np.maximum(cost - (first.paid + second.paid)[:, None], 0.0), 0.0))
 
 

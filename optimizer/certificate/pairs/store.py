@@ -55,7 +55,7 @@ class PairStore:
             best, radius, paid = (
                 np.concatenate([getattr(y, name) for y in yaws]) for name in ("yaw", "radius", "paid")
             )
-            self.yaw = BestYaw(best, radius, yaws[-1].price, paid)
+            self.yaw = BestYaw(best, radius, yaws[-1].weight, paid)
             self.slots.update({int(i): start + k for k, i in enumerate(new)})
         return np.array([self.slots[int(i)] for i in ids], dtype=np.int64)
 

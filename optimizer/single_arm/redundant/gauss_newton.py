@@ -21,8 +21,8 @@ from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, Unre
 
 FASTER, SLOWER, LEAST_PULL = 1.3, 0.5, 0.1
 """What becomes of a seed's pull after progress and after none, and its least."""
-ERROR_PRICE = 50.0
-"""Price of the largest error [m or rad] of a pose in the merit that decides on progress."""
+ERROR_PENALTY = 50.0
+"""Penalty of the largest error [m or rad] of a pose in the merit that decides on progress."""
 LARGEST_DAMPING, LEAST_DAMPING = 1e-2, 1e-7
 """m²: damping is the square of the error, within these."""
 BASE_DAMPING = 1e-6
@@ -67,7 +67,7 @@ def gauss_newton(problem: UnreducedProblem, seeds: Seeds, how: Iterations) -> Se
     for _ in range(how.count):
         check_stop()
         look = _linearise(problem, joints, bases, how)
-        merit = look.cost + ERROR_PRICE * look.missing
+        merit = look.cost + ERROR_PENALTY * look.missing
         merit = merit if how.apart else (problem.base_weights @ merit)[None]
         pull = np.where(merit > before * (1.0 + 1e-9), np.maximum(SLOWER * pull, least), FASTER * pull)
         pull = np.minimum(pull, 1.0)
@@ -174,13 +174,13 @@ def _with_steps(
     pulled[:, 1:] += excess
     stiff[:, :-1] += excess != 0.0
     stiff[:, 1:] += excess != 0.0
-    price = np.zeros((m, count))
-    price[1:] = np.sum(excess * excess, axis=0)
+    penalty = np.zeros((m, count))
+    penalty[1:] = np.sum(excess * excess, axis=0)
     flat = n, m * count
     return (
         force + springs * pulled.reshape(flat),
         metric + 2.0 * springs * stiff.reshape(flat),
-        cost + springs * price.reshape(-1),
+        cost + springs * penalty.reshape(-1),
     )
 
 

@@ -33,8 +33,8 @@ class UnreducedParameters:
             gen72, 5 poses: 97.3 instead of 73.8.
         soft, stiff: penalty of a squared radian beyond a limit, before and after the last cut.
         unreached, far: errors [m or rad] that end a seed after the first pose, and after the key poses.
-        over_price, step_price, error_price: what a radian beyond limits, a radian of too long a step, and a metre or
-            radian of error cost in the ranking. Soft: IPOPT repairs a little of each.
+        over_penalty, step_penalty, error_penalty: of a radian beyond limits, a radian of too long a step, and a metre
+            or radian of error in the ranking. Soft: IPOPT repairs a little of each.
         same_joints, same_base: rad and m; seeds nearer than that at every looked-at pose count once.
         near_joints, near_base: the same for candidates of the local solver.
         polished: distinct optima that IPOPT is asked for, of twice as many candidates; ``polished_endless`` where
@@ -75,9 +75,9 @@ class UnreducedParameters:
     stiff: float = 300.0
     unreached: float = 5e-2
     far: float = 0.1
-    over_price: float = 3.0
-    step_price: float = 3.0
-    error_price: float = 30.0
+    over_penalty: float = 3.0
+    step_penalty: float = 3.0
+    error_penalty: float = 30.0
     same_joints: float = 0.35
     same_base: float = 0.08
     near_joints: float = 0.15

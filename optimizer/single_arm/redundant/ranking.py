@@ -40,9 +40,9 @@ class Figures:
 
     def score(self, allowed: float, parameters: UnreducedParameters) -> Floats:
         """Cost with what is broken made dear; ``allowed`` [rad] is the longest step."""
-        worst = parameters.over_price * np.minimum(self.over, 1.0)
-        worst += parameters.step_price * np.maximum(self.step - allowed, 0.0)
-        worst += parameters.error_price * np.minimum(self.error, 1.0)
+        worst = parameters.over_penalty * np.minimum(self.over, 1.0)
+        worst += parameters.step_penalty * np.maximum(self.step - allowed, 0.0)
+        worst += parameters.error_penalty * np.minimum(self.error, 1.0)
         score: Floats = self.cost + worst
         return score
 

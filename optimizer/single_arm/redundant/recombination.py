@@ -24,9 +24,9 @@ from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, Unre
 
 DRAWS_PER_KEPT = 8
 """Postures drawn for each that is kept for a pose."""
-MISSED, MISSED_PRICE = 2e-2, 1e4
+MISSED, MISSED_PENALTY = 2e-2, 1e4
 """m or rad: nodes farther from their pose are taken only if nothing else is left."""
-OVER_PRICE, ERROR_PRICE, LEAP_PRICE, CONDITIONING_PRICE = 30.0, 100.0, 300.0, 300.0
+OVER_PENALTY, ERROR_PENALTY, LEAP_PENALTY, CONDITIONING_PENALTY = 30.0, 100.0, 300.0, 300.0
 """Per radian beyond limits, per error, per radian of too long a step, per share of conditioning; a cost is about 1."""
 STEP_SLACK = 1.2
 """Times the allowed step that costs nothing: iterations and IPOPT move the path."""
@@ -121,12 +121,12 @@ def _node_costs(problem: UnreducedProblem, joints: Floats, base: Floats) -> Floa
     over = np.sum(np.maximum(np.maximum(low - flat, flat - high), 0.0), axis=0)
     over += sum_excess(problem.arm, flat[..., None])
     weights = np.repeat(problem.weights, count)
-    costs = weights * (problem.joint_weights @ (off * off)) + OVER_PRICE * over
-    costs += np.where(error > MISSED, MISSED_PRICE, ERROR_PRICE * error)
+    costs = weights * (problem.joint_weights @ (off * off)) + OVER_PENALTY * over
+    costs += np.where(error > MISSED, MISSED_PENALTY, ERROR_PENALTY * error)
     wanted_conditioning = problem.arm.min_conditioning
     if wanted_conditioning is not None:
         violation = np.maximum(wanted_conditioning - conditioning_values(problem, flat), 0.0)
-        costs += CONDITIONING_PRICE * violation / wanted_conditioning
+        costs += CONDITIONING_PENALTY * violation / wanted_conditioning
     shaped: Floats = costs.reshape(m, count)
     return shaped
 
@@ -153,7 +153,7 @@ def _shortest(layers: list[_Layer], endless: Bools, allowed: float) -> list[Floa
     for before, after in pairwise(layers):
         step = before.joints[:, :, None] - after.joints[:, None, :]
         step[endless] -= TURN * np.round(step[endless] / TURN)
-        costs_to = total[:, None] + LEAP_PRICE * np.maximum(np.max(np.abs(step), axis=0) - allowed, 0.0)
+        costs_to = total[:, None] + LEAP_PENALTY * np.maximum(np.max(np.abs(step), axis=0) - allowed, 0.0)
         best = np.argmin(costs_to, axis=0)
         back.append(best)
         total = costs_to[best, np.arange(len(best))] + after.costs

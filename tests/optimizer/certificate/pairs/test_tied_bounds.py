@@ -33,7 +33,7 @@ def test_a_cell_of_the_shared_yaw_costs_the_least_of_its_yaws() -> None:
     ways = [np.abs(off[..., None] + sign * t) for off, sign in ((u, 1.0), (v, -1.0))]
     ways = [np.minimum(way, 2.0 * np.pi - way) for way in ways]
     parts = [
-        best.price * np.maximum(way - best.radius[:, None, None], 0.0) ** 2
+        best.weight * np.maximum(way - best.radius[:, None, None], 0.0) ** 2
         for way, best in zip(ways, (one, other), strict=True)
     ]
     least = np.min(parts[0] + parts[1], axis=2)

@@ -12,7 +12,7 @@ from duocell.optimizer.reduction.box import search_box
 from duocell.optimizer.single_arm.redundant.parameters import PARAMETERS
 from duocell.optimizer.single_arm.redundant.ranking import figures
 from duocell.optimizer.single_arm.redundant.recombination import (
-    LEAP_PRICE,
+    LEAP_PENALTY,
     _Layer,
     _shortest,
     distinct_bases,
@@ -31,7 +31,7 @@ def test_the_path_is_the_cheapest_of_all():
         for j in range(3):
             step = layers[j].joints[:, choice[j]] - layers[j + 1].joints[:, choice[j + 1]]
             step[1] -= TURN * np.round(step[1] / TURN)
-            total += LEAP_PRICE * max(np.max(np.abs(step)) - allowed, 0.0)
+            total += LEAP_PENALTY * max(np.max(np.abs(step)) - allowed, 0.0)
         return total
 
     best = min(product(range(4), repeat=4), key=cost)

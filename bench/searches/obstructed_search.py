@@ -24,7 +24,7 @@ from duocell.models.cell.cell import Cell
 
 STEPS = 2e-3, 0.01
 """m and rad; steps of the dense check."""
-RANDOM, KEPT, APART, DESCENTS, CROWD = 2000, 200, 0.1, 4, 32
+RANDOM, KEPT, APART, DESCENTS, POPULATION = 2000, 200, 0.1, 4, 32
 """Random places of one round, those of them that are looked at, how far apart starts are, how many, and points of one
 step of a descent."""
 LOOKED_AT = 3
@@ -184,7 +184,7 @@ class _Search:
         low, high = self.free.bounds[self.open].T
         best, value = start, float(self.cost(start[None])[0])
         while share > 1e-5 and not self.over:
-            tried = best + rng.normal(0.0, share, (CROWD, len(low))) * (high - low)
+            tried = best + rng.normal(0.0, share, (POPULATION, len(low))) * (high - low)
             costs = self.cost(np.clip(tried, low, high))
             k = int(np.argmin(costs))
             if costs[k] < value:

@@ -17,7 +17,7 @@ from duocell.models.robot.posture import ALL_SIGNS
 from duocell.optimizer.certificate.alone import AloneCheck
 from duocell.optimizer.certificate.bounds.box_bounds import LINEAR, PATH, SINGULAR, BoxBounder, BoxBounds
 from duocell.optimizer.certificate.bounds.boxes import Boxes
-from duocell.optimizer.certificate.bounds.infeasibility_causes import Tally
+from duocell.optimizer.certificate.bounds.infeasibility_causes import CauseShares
 from duocell.optimizer.certificate.bounds.region import MARGIN, Region, reachable_region
 from duocell.optimizer.certificate.exclusion.causes import LIMITS, REACH, SINGULARITY
 from duocell.optimizer.certificate.exclusion.causes import LINEAR as OF_SUMS
@@ -57,7 +57,7 @@ class ArmTree:
 
     Attributes:
         problem: reduced problem of the arm on the full task. excluder: its tests. nodes: the boxes.
-        region: of base positions within reach. tally: what rules boxes out by reach, limits and steps.
+        region: of base positions within reach. cause_shares: what rules boxes out by reach, limits and steps.
         alone: the best usable layout of the arm by itself that was met.
         boxes: bounded so far. tested: of these, for collisions. levels: for the tests, see `Excluder`.
     """
@@ -76,7 +76,7 @@ class ArmTree:
         self.excluder = Excluder.of(scene, index, problem, kinematics, self.bounder.rules)
         self.check = AloneCheck.of(scene.cell, problem.arm)
         self.region = reachable_region(kinematics.targets, problem.arm.base.bounds[:3] + (not known) * MARGIN)
-        self.tally = Tally(problem, self.region)
+        self.cause_shares = CauseShares(problem, self.region)
         self.nodes = Nodes(_roots(self.region, problem))
         self.alone: AloneLayout | None = None
         self.boxes = self.tested = 0
@@ -158,7 +158,7 @@ class ArmTree:
     def _bound(self, ids: Ints, cutoff: float) -> BoxBounds:
         nodes, boxes = self.nodes, self.nodes.boxes(ids)
         found = self.bounder.bounds(boxes, cutoff)
-        self.tally.add(boxes, found)
+        self.cause_shares.add(boxes, found)
         self.boxes += len(ids)
         nodes.geometric[ids] = np.maximum(nodes.geometric[ids], found.lower)
         nodes.bound[ids] = np.maximum(nodes.bound[ids], found.lower)

@@ -26,7 +26,7 @@ from duocell.models.base.kept import KEPT
 from duocell.models.robot.posture import ALL_SIGNS
 from duocell.optimizer.certificate.bounds.box_bounds import BoxBounder, BoxBounds
 from duocell.optimizer.certificate.bounds.boxes import Boxes
-from duocell.optimizer.certificate.bounds.infeasibility_causes import Tally
+from duocell.optimizer.certificate.bounds.infeasibility_causes import CauseShares
 from duocell.optimizer.certificate.bounds.region import MARGIN, THIN, reachable_region
 from duocell.optimizer.certificate.exclusion.conditioning import poorly_conditioned
 from duocell.optimizer.monitoring.events import Bounded
@@ -116,7 +116,7 @@ class BranchAndBound:
         self.bounder = BoxBounder.of(problem, checks=self.lenient)
         sides = problem.arm.base.bounds[:3]
         region = reachable_region(self.bounder.kinematics.targets, sides + self.lenient * MARGIN)
-        self.tally = Tally(problem, region)
+        self.cause_shares = CauseShares(problem, region)
         extents = np.maximum(region.high - region.low, 0.0)
         sizes = extents[extents > THIN]
         side = max((np.prod(sizes) / FIRST_BOXES) ** (1.0 / max(len(sizes), 1)), SMALLEST_FIRST * region.reach)
@@ -206,7 +206,7 @@ class BranchAndBound:
         bounds = np.maximum(found.lower, self.inherited[:most])
         self._exclude(now, bounds)
         self.boxes += len(now)
-        self.tally.add(now, found)
+        self.cause_shares.add(now, found)
         self._improve(now, found)
         self.kept, self.bounds = Boxes.joined([self.kept, now]), np.concatenate([self.bounds, bounds])
         self.fresh, self.inherited = later, self.inherited[most:]
@@ -225,7 +225,7 @@ class BranchAndBound:
         poor = poorly_conditioned(self.problem, self.bounder.kinematics, boxes[left])
         lost = np.any(poor, axis=1)
         bounds[left[lost]] = np.inf
-        self.tally.add_poor(boxes[left[lost]], poor[lost])
+        self.cause_shares.add_poor(boxes[left[lost]], poor[lost])
 
     def _branch(self, most: int) -> None:
         """Cut the boxes with the smallest bounds: in two, or in more while there are few."""
@@ -285,7 +285,7 @@ class BranchAndBound:
             infeasible=infeasible,
             boxes=self.boxes,
             wall_time=time.perf_counter() - self.started,
-            causes=self.tally.causes(),
+            causes=self.cause_shares.causes(),
             found=self.found,
             note=note,
         )

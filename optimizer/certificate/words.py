@@ -41,7 +41,7 @@ def reasons_of_arm(cell: Cell, arm: Arm, part: ArmPart) -> tuple[Reason, ...]:
     """Why an arm has no layout even by itself, largest share first."""
     shares = excluded_shares(part.tree)
     if all(cause.kind in ("reach", "limit", "path", "singularity", "linear") for cause, _ in shares):
-        return explain_proof(cell, arm, part.tree.tally.causes())
+        return explain_proof(cell, arm, part.tree.cause_shares.causes())
     reasons = []
     for cause, share in shares[:MOST]:
         joint = None if cause.joint is None else arm.robot.joint_names[cause.joint]

@@ -22,7 +22,7 @@ _KINDS = {
 }
 
 
-class Tally:
+class CauseShares:
     """Collects the causes of boxes without solution."""
 
     def __init__(self, problem: ReducedProblem, region: Region) -> None:

@@ -34,7 +34,7 @@ KEPT, WIDER = 100, 3
 """Members of a pool; so many times as many where couplings tie the bases."""
 FRONT = 30
 """The best ones are looked at however near to each other they stand; the others make room for different places:"""
-APART, CROWD = 0.1, 4
+APART, MOST_BESIDE = 0.1, 4
 """m; no member of the same posture stands this near to a clean one, nor to so many that are not."""
 REPAIRABLE = 0.15
 """m or rad; what violates more than this is not kept."""
@@ -99,16 +99,16 @@ def pool_of(scene: Scene, index: int, problem: ReducedProblem | None, round_: in
         found, evaluated = _general_points(scene.cell, arm, seed + round_, deadline)
     wide = WIDER if scene.cell.couplings else 1  # ties leave few members where they are
     most, count = wide * KEPT * 2**round_, wide * LOOKED_AT * 2**round_
-    look = _Look(alone, most, count, APART / wide**0.5, penalty, deadline)
+    select = _MemberSelection(alone, most, count, APART / wide**0.5, penalty, deadline)
     rest = found[count:]
-    members = look(found) or look(rest[:: max(1, len(rest) // count)])  # the best may all stand in something
+    members = select(found) or select(rest[:: max(1, len(rest) // count)])  # the best may all stand in something
     members.sort(key=lambda member: member.score(penalty))
     return Pool(members[:most], [Member(point, objective, 0.0) for objective, point in found], evaluated)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Look:
-    """What candidates are like among their surroundings.
+class _MemberSelection:
+    """Chooses candidates by what they are like among their surroundings.
 
     Attributes:
         alone: the arm. most: members wanted. count: candidates looked at. apart: m, see `APART`.
@@ -124,12 +124,12 @@ class _Look:
 
     def __call__(self, found: Sequence[tuple[float, ArmSolution]]) -> list[Member]:
         """Those that can be repaired, of candidates in the order of their objective."""
-        crowd, looked = _Crowd(self.apart), 0
+        kept, looked = _SpreadMembers(self.apart), 0
         scores: list[float] = []
         rest = iter(found)
         while looked < self.count and time.perf_counter() < self.deadline:
             check_stop()
-            room = (entry for entry in rest if len(crowd.members) < FRONT or crowd.admits(entry[1]))
+            room = (entry for entry in rest if len(kept.members) < FRONT or kept.admits(entry[1]))
             batch = list(islice(room, BATCH))
             if not batch or (len(scores) >= self.most and scores[self.most - 1] <= batch[0][0]):
                 break  # the rest cannot score better
@@ -137,12 +137,12 @@ class _Look:
             violations = own_violations(self.alone, [point for _, point in batch])
             for (objective, point), violation in zip(batch, violations, strict=True):
                 if violation <= REPAIRABLE:
-                    crowd.add(Member(point, objective, violation))
-                    insort(scores, crowd.members[-1].score(self.penalty))
-        return crowd.members
+                    kept.add(Member(point, objective, violation))
+                    insort(scores, kept.members[-1].score(self.penalty))
+        return kept.members
 
 
-class _Crowd:
+class _SpreadMembers:
     """Members so far, and whether there is room beside them."""
 
     def __init__(self, apart: float) -> None:
@@ -157,10 +157,10 @@ class _Crowd:
         self._places.setdefault(member.point.signs, []).append((place, member.violation <= 0.0))
 
     def admits(self, point: ArmSolution) -> bool:
-        """False beside a clean member of the same posture, or in a crowd of others."""
+        """False beside a clean member of the same posture, or beside too many others."""
         here = point.position.tolist()
         beside = [clean for place, clean in self._places.get(point.signs, ()) if self._near(place, here)]
-        return not any(beside) and len(beside) < CROWD
+        return not any(beside) and len(beside) < MOST_BESIDE
 
     def _near(self, place: list[float], other: list[float]) -> bool:
         (x, y, z), (u, v, w), apart = place, other, self._apart

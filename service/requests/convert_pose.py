@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from math import radians
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,61 +25,46 @@ from duocell.models.base.pose import (
 )
 from duocell.models.robot.arm import TURN
 from duocell.service.common.issues import IssueCollector
-from duocell.service.schemas.pose import (
-    AbcDegrees,
-    AxisAngle,
-    EulerZyz,
-    Matrix,
-    Oat,
-    Orientation,
-    Pose,
-    Quaternion,
-    QuaternionWxyz,
-    RollPitchYaw,
-    WprDegrees,
-)
+from duocell.service.schemas.pose import Orientations, Pose, PoseList
 
 MOST = 2.0
 """Turns."""
-FORMATS: dict[type, tuple[str, Callable[[ArrayLike], Floats]]] = {
-    Quaternion: ("quaternion", rotation_from_quaternion),
-    Matrix: ("matrix", rotation_from_matrix),
-    RollPitchYaw: ("rpy", rotation_from_rpy),
-    EulerZyz: ("euler_zyz", rotation_from_euler_zyz),
-    Oat: ("oat", rotation_from_oat),
-    QuaternionWxyz: ("quaternion_wxyz", rotation_from_quaternion_wxyz),
-    AxisAngle: ("axis_angle", rotation_from_axis_angle),
-    AbcDegrees: ("abc_deg", rotation_from_abc_deg),
-    WprDegrees: ("wpr_deg", rotation_from_wpr_deg),
+ROTATIONS: dict[str, Callable[[ArrayLike], Floats]] = {
+    "quaternion": rotation_from_quaternion,
+    "matrix": rotation_from_matrix,
+    "rpy": rotation_from_rpy,
+    "euler_zyz": rotation_from_euler_zyz,
+    "oat": rotation_from_oat,
+    "quaternion_wxyz": rotation_from_quaternion_wxyz,
+    "axis_angle": rotation_from_axis_angle,
+    "abc_deg": rotation_from_abc_deg,
+    "wpr_deg": rotation_from_wpr_deg,
 }
-"""Name and conversion of each format, for one rotation or a stack of them."""
-ANGLES = RollPitchYaw, EulerZyz, Oat, AxisAngle
+"""Conversion of each format, for one rotation or a stack of them."""
+ANGLES = ("rpy", "euler_zyz", "oat", "axis_angle")
 """In radians."""
-DEGREES = AbcDegrees, WprDegrees
+DEGREES = ("abc_deg", "wpr_deg")
 
 
 def pose_of(pose: Pose, pointer: str, issues: IssueCollector) -> Floats:
     """(4, 4) transform; the identity where an issue had to be noted."""
+    ((name, values),) = pose.orientation.model_dump().items()
     result: Floats = np.eye(4)
-    name, converted = FORMATS[type(pose.orientation)]
-    place, values = f"{pointer}/orientation/{name}", getattr(pose.orientation, name)
-    if isinstance(pose.orientation, ANGLES):
-        check_radians(values, place, issues)
-    if isinstance(pose.orientation, DEGREES):
-        _check_degrees(values, place, issues)
-    with issues.at(place):
-        result = transform(converted(values), pose.position)
-    return result
+    rotation = _rotation(name, values, f"{pointer}/orientation", issues)
+    return result if rotation is None else transform(rotation, pose.position)
 
 
-def poses_of(poses: Sequence[Pose], pointer: str, issues: IssueCollector) -> Floats | None:
+def poses_of(poses: PoseList, pointer: str, issues: IssueCollector) -> Floats | None:
     """(m, 4, 4) transforms of a list of poses; None where issues had to be noted."""
-    rotations = _rotations([pose.orientation for pose in poses])
-    if rotations is not None:
-        return transform(rotations, [pose.position for pose in poses])
-    before = len(issues.found)
-    one_by_one = [pose_of(pose, f"{pointer}/{index}", issues) for index, pose in enumerate(poses)]
-    return np.array(one_by_one) if len(issues.found) == before else None
+    rotations = np.empty((len(poses), 3, 3))
+    for some in poses.orientations:
+        converted = _all_at_once(some)
+        if converted is None:
+            for index, (name, values) in enumerate(poses.one_by_one()):
+                _rotation(name, values, f"{pointer}/{index}/orientation", issues)
+            return None
+        rotations[some.rows] = converted
+    return transform(rotations, poses.positions)
 
 
 def check_radians(angles: Sequence[float], pointer: str, issues: IssueCollector) -> None:
@@ -101,25 +87,30 @@ def _check_degrees(angles: Sequence[float], pointer: str, issues: IssueCollector
         )
 
 
-def _rotations(orientations: Sequence[Orientation]) -> Floats | None:
-    """(m, 3, 3), all of a format converted at once: one by one takes forty times as long. None if any is wrong."""
-    made = np.empty((len(orientations), 3, 3))
-    for kind, (name, converted) in FORMATS.items():
-        rows = [row for row, orientation in enumerate(orientations) if type(orientation) is kind]
-        if not rows:
-            continue
-        values = np.array([getattr(orientations[row], name) for row in rows])
-        if np.abs(values).max() > _largest(kind):
-            return None
-        try:
-            made[rows] = converted(values)
-        except InvalidRotation:
-            return None
-    return made
+def _rotation(name: str, values: Any, pointer: str, issues: IssueCollector) -> Floats | None:
+    """(3, 3) rotation in a format; None where the models refuse it."""
+    place = f"{pointer}/{name}"
+    if name in ANGLES:
+        check_radians(values, place, issues)
+    if name in DEGREES:
+        _check_degrees(values, place, issues)
+    with issues.at(place):
+        return ROTATIONS[name](values)
+    return None
 
 
-def _largest(kind: type) -> float:
-    """Of the numbers of an orientation."""
-    if kind in ANGLES:
+def _all_at_once(some: Orientations) -> Floats | None:
+    """(k, 3, 3), converted together: one by one takes forty times as long. None if any is wrong."""
+    if np.abs(some.values).max() > _largest(some.format):
+        return None
+    try:
+        return ROTATIONS[some.format](some.values)
+    except InvalidRotation:
+        return None
+
+
+def _largest(name: str) -> float:
+    """Of the numbers of a format."""
+    if name in ANGLES:
         return MOST * TURN
-    return MOST * 360.0 if kind in DEGREES else np.inf
+    return MOST * 360.0 if name in DEGREES else np.inf

@@ -45,10 +45,9 @@ def warnings_of(request: LayoutRequest, cell: Cell, layout: Layout) -> list[Issu
 
 def _lengths(request: LayoutRequest) -> Iterator[Issue]:
     """The largest coordinate, if it may be in millimetres."""
-    pointer, value = max(
-        ((at, max(values, key=abs)) for at, values in lengths_of(request)), key=lambda one: abs(one[1])
-    )
-    if abs(value) > FAR:
+    far = [(at, max(values, key=abs)) for at, values in lengths_of(request, FAR)]
+    if far:
+        pointer, value = max(far, key=lambda one: abs(one[1]))
         yield Issue(pointer, f"{value:g} m is far for a cell. Did you mean {value / 1e3:g} m ({value:g} mm)?")
 
 

@@ -1,12 +1,19 @@
-"""Poses: a position and a rotation in one of nine formats."""
+"""Poses: a position and a rotation in one of nine formats; and lists of them, which are read in one pass."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import chain
+from operator import itemgetter
+from typing import Annotated, Any, Self
 
-from pydantic import Field, Tag
+import numpy as np
+from pydantic import Field, GetCoreSchemaHandler, SerializationInfo, Tag
+from pydantic_core import CoreSchema, core_schema
 
-from duocell.service.schemas.base import Matrix3, Strict, Vector3, Vector4, exactly_one_of
+from duocell.models.base.arrays import Floats, Ints
+from duocell.service.schemas.base import FIRST_WRONG, Matrix3, Strict, Vector3, Vector4, exactly_one_of
 
 FORMS = (
     *("quaternion", "matrix", "rpy", "euler_zyz", "oat"),
@@ -124,3 +131,132 @@ class Pose(Strict):
 
 
 IDENTITY = Pose(position=[0.0, 0.0, 0.0], orientation=Quaternion(quaternion=[0.0, 0.0, 0.0, 1.0]))
+
+
+SHAPES: dict[str, tuple[int, ...]] = {
+    **dict.fromkeys(FORMS, (3,)),
+    **dict.fromkeys(("quaternion", "quaternion_wxyz"), (4,)),
+    "matrix": (3, 3),
+}
+"""Of the numbers of an orientation, by its format."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Orientations:
+    """Those orientations of a list of poses that have one format.
+
+    Attributes:
+        format: one of `FORMS`. rows: (k,) which poses of the list. values: (k, ...) as they were sent.
+    """
+
+    format: str
+    rows: Ints
+    values: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PoseList:
+    """Two poses or more, as arrays: thousands of objects would take ten times as long to make and to go through.
+
+    For Pydantic it is a list of `Pose`. Where anything is wrong with one, that list is what says so.
+
+    Attributes:
+        positions: (m, 3) m. orientations: one per format that occurs; () where only the positions are left.
+    """
+
+    positions: Floats
+    orientations: tuple[Orientations, ...]
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    def one_by_one(self) -> list[tuple[str, Any]]:
+        """Format and numbers of each orientation, in the order of the poses."""
+        found: list[tuple[str, Any]] = [("", None)] * len(self)
+        for some in self.orientations:
+            for row, values in zip(some.rows.tolist(), some.values.tolist(), strict=True):
+                found[row] = some.format, values
+        return found
+
+    def document(self) -> list[dict[str, Any]]:
+        """The poses as they are written in a request; every number is a float.
+
+        Raises:
+            ValueError: only the positions are left.
+        """
+        if not self.orientations:
+            raise ValueError("poses without orientations cannot be written")
+        rows = zip(self.positions.tolist(), self.one_by_one(), strict=True)
+        return [{"position": position, "orientation": {name: values}} for position, (name, values) in rows]
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        one_by_one = handler.generate_schema(Annotated[list[Pose], Field(min_length=2), FIRST_WRONG])
+        return core_schema.no_info_wrap_validator_function(
+            cls._read,
+            one_by_one,
+            serialization=core_schema.plain_serializer_function_ser_schema(cls._written, info_arg=True),
+        )
+
+    def _written(self, info: SerializationInfo) -> Any:
+        """The document; where the context of a dump is a function of lists of poses, what that makes of this one."""
+        return self.document() if info.context is None else info.context(self)
+
+    @classmethod
+    def _read(cls, value: Any, one_by_one: Callable[[Any], list[Pose]]) -> Self:
+        """The list that was sent.
+
+        Raises:
+            ValidationError: what is wrong with the first pose that is not as it should be.
+        """
+        if isinstance(value, cls):
+            return value
+        found = cls._of(value)
+        if found is None:
+            found = cls._of([pose.model_dump() for pose in one_by_one(value)])
+        if found is None:
+            raise AssertionError("poses that are right one by one are not right together")
+        return found
+
+    @classmethod
+    def _of(cls, poses: Any) -> Self | None:
+        """The poses of a document; None if there is anything wrong with them. All of it is done by loops in C."""
+        if not isinstance(poses, list) or len(poses) < 2 or not _all_are(dict, 2, poses):
+            return None
+        try:
+            places, turns = zip(*map(itemgetter("position", "orientation"), poses), strict=True)
+        except KeyError:
+            return None
+        positions = _numbers(places, (3,))
+        if positions is None or not _all_are(dict, 1, turns):
+            return None
+        names = [*chain.from_iterable(turns)]
+        stated = []
+        for name in dict.fromkeys(names):
+            rows = [row for row, other in enumerate(names) if other == name]
+            values = _numbers([turns[row][name] for row in rows], SHAPES[name]) if name in SHAPES else None
+            if values is None:
+                return None
+            stated.append(Orientations(name, np.array(rows), values))
+        return cls(positions, tuple(stated))
+
+
+def _all_are(kind: type, length: int, values: Sequence[Any]) -> bool:
+    """Whether all values are of a type and a length."""
+    return set(map(type, values)) == {kind} and set(map(len, values)) == {length}
+
+
+def _numbers(rows: Sequence[Any], shape: tuple[int, ...]) -> Floats | None:
+    """(k, *shape) finite numbers of nested lists; None if they are anything else."""
+    flat = rows
+    for length in shape:
+        if not _all_are(list, length, flat):
+            return None
+        flat = list(chain.from_iterable(flat))
+    if not {float, int}.issuperset(map(type, flat)):
+        return None
+    try:
+        numbers = np.fromiter(flat, np.float64, len(flat))
+    except OverflowError:  # a whole number beyond all floats
+        return None
+    return numbers.reshape(-1, *shape) if np.isfinite(numbers).all() else None

@@ -6,8 +6,8 @@ from typing import Annotated, Any
 
 from pydantic import Field, Tag
 
-from duocell.service.schemas.base import FIRST_WRONG, Label, Strict, Vector3, Weight, exactly_one_of
-from duocell.service.schemas.pose import Pose
+from duocell.service.schemas.base import Label, Strict, Vector3, Weight, exactly_one_of
+from duocell.service.schemas.pose import Pose, PoseList
 
 LINE_START = {"position": [0.73, 0.35, 0.1], "orientation": {"rpy": [0.0, 0.0, -0.785398]}}
 LINE_END = {"position": [1.09, 0.7, 0.1], "orientation": {"rpy": [0.0, 0.0, -0.785398]}}
@@ -64,8 +64,7 @@ Arc = Annotated[
 class PosesTask(Strict):
     """Every pose given."""
 
-    poses: Annotated[list[Pose], FIRST_WRONG] = Field(
-        min_length=2,
+    poses: PoseList = Field(
         description="Poses of the object in the world, in the order in which they are passed.",
         examples=[[LINE_START, LINE_END]],
     )

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import radians, tau
 
+import numpy as np
+
+from duocell.models.base.arrays import Floats
 from duocell.service.common.issues import InvalidRequest, Issue, pointer_of
 from duocell.service.schemas.arm import Arm, DhTable
 from duocell.service.schemas.coupling import Direction, Distance, Mirror, Rail
 from duocell.service.schemas.evaluate import PlacedArm
 from duocell.service.schemas.request import Certificate, LayoutRequest
-from duocell.service.schemas.task import ArcByCenter, ArcByRadius, ArcTask, PosesTask, Task
+from duocell.service.schemas.task import ArcByCenter, ArcByRadius, ArcTask, LineTask, PosesTask, Task
 from duocell.service.settings import Limits
 from duocell.service.validation.count_limits import CODE
 
@@ -52,7 +55,7 @@ def _long(request: LayoutRequest, limits: Limits) -> Iterator[Issue]:
 
 def _far(request: LayoutRequest, limits: Limits) -> Iterator[Issue]:
     """Coordinates beyond the limit."""
-    for pointer, values in lengths_of(request):
+    for pointer, values in lengths_of(request, limits.max_coordinate):
         for index, value in enumerate(values):
             if abs(value) > limits.max_coordinate:
                 yield Issue(
@@ -111,10 +114,27 @@ def _ways(request: LayoutRequest) -> Iterator[tuple[str, Task]]:
         yield f"/tasks/{index}/task", segment.task
 
 
-def lengths_of(request: LayoutRequest) -> Iterator[tuple[str, list[float]]]:
-    """Every length of a request, with its place."""
+def lengths_of(request: LayoutRequest, beyond: float) -> Iterator[tuple[str, list[float]]]:
+    """Lengths of a request that are greater than ``beyond`` m, with their place; with those that belong to them."""
     for pointer, task in _ways(request):
-        yield from _lengths_of_task(pointer, task)
+        if isinstance(task, PosesTask):
+            yield from _far_positions(f"{pointer}/poses", task.poses.positions, beyond)
+    for pointer, values in _lengths(request):
+        if max(map(abs, values)) > beyond:
+            yield pointer, values
+
+
+def _far_positions(at: str, positions: Floats, beyond: float) -> Iterator[tuple[str, list[float]]]:
+    """Positions (m, 3) with a coordinate beyond a number."""
+    for index in np.flatnonzero(np.abs(positions).max(axis=1) > beyond).tolist():
+        yield f"{at}/{index}/position", positions[index].tolist()
+
+
+def _lengths(request: LayoutRequest) -> Iterator[tuple[str, list[float]]]:
+    """Every length but those of lists of poses."""
+    for pointer, task in _ways(request):
+        if not isinstance(task, PosesTask):
+            yield from _lengths_of_path(pointer, task)
     for index, segment in enumerate(request.tasks or []):
         for name, pose in segment.grasps.items():
             yield pointer_of(["tasks", index, "grasps", name, "position"]), pose.position
@@ -129,12 +149,8 @@ def lengths_of(request: LayoutRequest) -> Iterator[tuple[str, list[float]]]:
     yield from _lengths_of_floor_and_couplings(request)
 
 
-def _lengths_of_task(at: str, task: Task) -> Iterator[tuple[str, list[float]]]:
-    """Positions, and what defines an arc."""
-    if isinstance(task, PosesTask):
-        for index, pose in enumerate(task.poses):
-            yield f"{at}/poses/{index}/position", pose.position
-        return
+def _lengths_of_path(at: str, task: LineTask | ArcTask) -> Iterator[tuple[str, list[float]]]:
+    """Both ends, and what defines an arc."""
     at, path = (f"{at}/arc", task.arc) if isinstance(task, ArcTask) else (f"{at}/line", task.line)
     yield f"{at}/start/position", path.start.position
     yield f"{at}/end/position", path.end.position

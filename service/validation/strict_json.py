@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from typing import Any, NoReturn
 
 from duocell.service.common.issues import shortened
@@ -52,14 +53,21 @@ def _without_duplicates(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         raise NotJson(
             f"An object has {len(pairs)} fields, {shortened(pairs[0][0])} first; none has more than {MOST_FIELDS} here."
         )
-    members: dict[str, Any] = {}
-    for name, value in pairs:
-        if name in members:
-            raise NotJson(
-                f"An object has the field {shortened(name)} more than once; which one counts? Remove the others."
-            )
-        members[name] = value
+    members = dict(pairs)
+    if len(members) < len(pairs):
+        twice = shortened(_repeated(name for name, _ in pairs))
+        raise NotJson(f"An object has the field {twice} more than once; which one counts? Remove the others.")
     return members
+
+
+def _repeated(names: Iterable[str]) -> str:
+    """The first name that has been there before."""
+    known: set[str] = set()
+    for name in names:
+        if name in known:
+            return name
+        known.add(name)
+    raise ValueError("every name is there once")
 
 
 def _refuse_constant(name: str) -> NoReturn:

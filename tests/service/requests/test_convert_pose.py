@@ -7,11 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pydantic import TypeAdapter
 from scipy.spatial.transform import Rotation
 
 from duocell.service.common.issues import IssueCollector
 from duocell.service.requests.convert_pose import pose_of, poses_of
-from duocell.service.schemas.pose import FORMS, Pose
+from duocell.service.schemas.pose import FORMS, Pose, PoseList
+
+LISTS = TypeAdapter(PoseList)
 
 
 def as_sent(turn: Rotation, name: str) -> Any:
@@ -32,22 +35,27 @@ def as_sent(turn: Rotation, name: str) -> Any:
     return made[name]().tolist()
 
 
-def poses(count: int) -> tuple[list[Pose], np.ndarray]:
-    """Poses in all formats by turns, and the matrices that they mean."""
+def poses(count: int) -> tuple[list[dict[str, Any]], np.ndarray]:
+    """Documents of poses in all formats by turns, and the matrices that they mean."""
     rng = np.random.default_rng(5)
     turns, positions = Rotation.random(count, rng=rng), rng.uniform(-2.0, 2.0, (count, 3))
     made = []
     for k, (turn, position) in enumerate(zip(turns, positions, strict=True)):
         name = FORMS[k % len(FORMS)]
-        made.append(Pose.model_validate({"position": position.tolist(), "orientation": {name: as_sent(turn, name)}}))
+        made.append({"position": position.tolist(), "orientation": {name: as_sent(turn, name)}})
     meant = np.tile(np.eye(4), (count, 1, 1))
     meant[:, :3, :3], meant[:, :3, 3] = turns.as_matrix(), positions
     return made, meant
 
 
+def converted(documents: list[dict[str, Any]], issues: IssueCollector) -> np.ndarray | None:
+    """What becomes of a list of poses that was sent."""
+    return poses_of(LISTS.validate_python(documents), "/task/poses", issues)
+
+
 def test_formats_may_be_mixed() -> None:
     made, meant = poses(40)
-    found = poses_of(made, "/task/poses", IssueCollector())
+    found = converted(made, IssueCollector())
     assert found is not None
     np.testing.assert_allclose(found, meant, rtol=0.0, atol=1e-14)
 
@@ -55,8 +63,8 @@ def test_formats_may_be_mixed() -> None:
 def test_together_is_as_one_by_one() -> None:
     made, _ = poses(40)
     issues = IssueCollector()
-    found = poses_of(made, "/task/poses", issues)
-    np.testing.assert_array_equal(found, [pose_of(pose, "/task/poses", issues) for pose in made])
+    found = converted(made, issues)
+    np.testing.assert_array_equal(found, [pose_of(Pose.model_validate(pose), "", issues) for pose in made])
     assert issues.found == []
 
 
@@ -77,10 +85,10 @@ def test_together_is_as_one_by_one() -> None:
 )
 def test_every_wrong_pose_is_named(orientation: dict[str, Any], words: str) -> None:
     made, _ = poses(20)
-    wrong = Pose.model_validate({"position": [0.0, 0.0, 0.0], "orientation": orientation})
+    wrong = {"position": [0.0, 0.0, 0.0], "orientation": orientation}
     made[3] = made[17] = wrong
     issues = IssueCollector()
-    assert poses_of(made, "/task/poses", issues) is None
+    assert converted(made, issues) is None
     name = next(iter(orientation))
     assert [issue.pointer for issue in issues.found] == [f"/task/poses/{k}/orientation/{name}" for k in (3, 17)]
     assert all(words in issue.detail for issue in issues.found)

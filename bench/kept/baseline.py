@@ -162,9 +162,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _carried_out(case: Case, library: Library) -> dict[str, Any]:
     if case.kind == "evaluation":
         accepted = accept_evaluation(case.sent, Settings(), library)
-        return evaluate_request(accepted.text, accepted.request_hash, library)
+        return evaluate_request(accepted.prepared, accepted.request_hash, library)
     accepted = accept(case.sent, Settings(), library)
-    return solve_request(accepted.text, accepted.request_hash, accepted.time_limit, library)
+    return solve_request(accepted.prepared, accepted.request_hash, accepted.time_limit, library)
 
 
 def _kept(value: Any) -> Any:

@@ -112,7 +112,7 @@ class Trial:
         """The answer, and the CPU time [s] of the process that made it."""
         before = {one.pid: cpu_of(one.pid) for one in self.executor.workers}
         most = PATIENCE if self.cpu else soft + Settings().grace
-        task = Task(accepted.text, accepted.request_hash, accepted.time_limit, most)
+        task = Task(accepted.prepared, accepted.request_hash, accepted.time_limit, most)
         solving = asyncio.create_task(self.executor.solve(task, lambda kind, data: None))
         spent = 0.0
         while not solving.done():

@@ -40,7 +40,7 @@ def check(source: str, output: str | None, urdfs: RobotUrdfs) -> int:
 
     created = datetime.now(UTC)
     try:
-        result = evaluate_request(accepted.text, accepted.request_hash, library)
+        result = evaluate_request(accepted.prepared, accepted.request_hash, library)
     except DuocellError as error:
         sys.stderr.write(f"failed: {error.detail}\n")
         return Exit.FAILED

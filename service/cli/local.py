@@ -65,7 +65,7 @@ def _solve(accepted: Accepted, library: Library, report: Report) -> dict[str, An
     def work() -> None:
         try:
             with watching(Reports(tell), stop.is_set):
-                result = solve_following(accepted.text, accepted.request_hash, accepted.time_limit, library)
+                result = solve_following(accepted.prepared, accepted.request_hash, accepted.time_limit, library)
         except BaseException as error:  # it is raised again by the thread that waits
             answer.set_exception(error)
         else:

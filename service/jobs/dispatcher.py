@@ -20,6 +20,7 @@ from duocell.service.jobs.job import Ending, Failure, Job, JobEvent, JobStatus
 from duocell.service.jobs.job_store import LeaseLost
 from duocell.service.jobs.store_threads import StoreThreads
 from duocell.service.observability import logs, metrics, telemetry
+from duocell.service.requests.prepared import is_prepared
 from duocell.service.workers.executor import Executor, SolveFailed, Task, WorkerDied
 
 log = logging.getLogger(__name__)
@@ -196,7 +197,8 @@ class Dispatcher:
         job, rules = active.job, self._rules
         limit = rules.time_limit if job.time_limit is None else job.time_limit
         most = (limit + job.certificate_time) * job.runs + rules.grace  # every run has its own limit
-        task = Task(job.request, job.request_hash, limit, most)
+        request = job.prepared if job.prepared is not None and is_prepared(job.prepared) else job.request
+        task = Task(request, job.request_hash, limit, most)
 
         def note(kind: str, data: str) -> None:
             metrics.reported(kind, data)

@@ -42,7 +42,7 @@ class Evaluations:
             )
         self._running += 1
         try:
-            return await self._executor.evaluate(accepted.text, accepted.request_hash, self._limit)
+            return await self._executor.evaluate(accepted.prepared, accepted.request_hash, self._limit)
         except SolveFailed as error:
             if error.code in FAULTS:
                 raise Problem(error.code, error.detail) from error

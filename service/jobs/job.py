@@ -76,6 +76,8 @@ class Job:
         client: who sent it, "" if clients are not told apart.
         status: where it is.
         request: JSON of the accepted request; "" where only the head of a job was asked for.
+        prepared: what a worker is given, see `duocell.service.requests.prepared`; None where that is not at hand: in a
+            head, once the job is finished, and in jobs of older versions.
         request_hash: of that request.
         time_limit: s for the search; None in jobs of older versions. certificate_time: s for a proof that come on top.
         runs: searches that it asks for.
@@ -96,6 +98,7 @@ class Job:
     created_at: datetime
     request: str
     request_hash: str
+    prepared: bytes | None = None
     time_limit: float | None = None
     certificate_time: float = 0.0
     runs: int = 1

@@ -162,7 +162,8 @@ class Jobs:
             self._storing[client] -= not at_once
         active.feed.saved(events[-1].number)
         active.feed.tell(*events)
-        active.job = job if at_once else replace(job, request="")  # long, and read again when its turn comes
+        # Request and form are long, and are read again when its turn comes.
+        active.job = job if at_once else replace(job, request="", prepared=None)
         (dispatcher.run if at_once else dispatcher.queue)(active)
         self._on_the_way.discard(job.id)
         return job
@@ -345,6 +346,7 @@ def _new_job(accepted: Accepted, client: str) -> Job:
         status=JobStatus.QUEUED,
         created_at=datetime.now(UTC),
         request=accepted.text,
+        prepared=accepted.prepared,
         request_hash=accepted.request_hash,
         time_limit=accepted.time_limit,
         certificate_time=accepted.certificate_time,

@@ -7,8 +7,10 @@ import json
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+from duocell.models.cell.cell import Cell
 from duocell.service.library.library import Library
 from duocell.service.requests.convert import cell_of, joints_of
+from duocell.service.requests.prepared import prepared
 from duocell.service.schemas.evaluate import EvaluateRequest
 from duocell.service.schemas.request import Certificate, LayoutRequest
 from duocell.service.settings import Limits
@@ -27,7 +29,8 @@ class Accepted:
     """A request that can be carried out.
 
     Attributes:
-        text: its JSON with every default filled in.
+        text: its JSON with every default filled in, names sorted: what `request_hash` is the hash of.
+        prepared: what a worker is given, see `duocell.service.requests.prepared`.
         body_hash: SHA-256 (hex) of the bytes it came as.
         request_hash: see `hash_of`.
         name: its label.
@@ -36,6 +39,7 @@ class Accepted:
     """
 
     text: str
+    prepared: bytes
     body_hash: str
     request_hash: str
     name: str
@@ -57,18 +61,19 @@ def accept(body: bytes, limits: Limits, library: Library | None = None) -> Accep
         InvalidRequest: it cannot be carried out.
     """
     request = _read(LayoutRequest, body, limits, library)
-    cell_of(request, library)
+    cell = cell_of(request, library)
     time_limit = limits.time_limit if request.time_limit is None else request.time_limit
     request = request.model_copy(update={"time_limit": time_limit})
     proof = request.certificate.time_limit if isinstance(request.certificate, Certificate) else 0.0
-    return _accepted(request, body, (time_limit, proof), 1 + len(request.baselines) + request.explain)
+    return _accepted(request, cell, body, (time_limit, proof), 1 + len(request.baselines) + request.explain)
 
 
 def accept_evaluation(body: bytes, limits: Limits, library: Library | None = None) -> Accepted:
     """The request to evaluate a layout in ``body``; arguments and errors as for `accept`."""
     request = _read(EvaluateRequest, body, limits, library)
-    joints_of(request, cell_of(request, library))
-    return _accepted(request, body, (0.0, 0.0), 1)
+    cell = cell_of(request, library)
+    joints_of(request, cell)
+    return _accepted(request, cell, body, (0.0, 0.0), 1)
 
 
 def _read(kind: type[Asked], body: bytes, limits: Limits, library: Library | None) -> Asked:
@@ -84,12 +89,14 @@ def _read(kind: type[Asked], body: bytes, limits: Limits, library: Library | Non
     return _pinned(request, library)
 
 
-def _accepted(request: LayoutRequest, body: bytes, times: tuple[float, float], runs: int) -> Accepted:
+def _accepted(request: LayoutRequest, cell: Cell, body: bytes, times: tuple[float, float], runs: int) -> Accepted:
     time_limit, certificate_time = times
+    text = _canonical(request.model_dump(mode="json"))
     return Accepted(
-        text=request.model_dump_json(),
+        text=text,
+        prepared=prepared(request, cell),
         body_hash=hashlib.sha256(body).hexdigest(),
-        request_hash=hash_of(request.model_dump(mode="json")),
+        request_hash=hashlib.sha256(text.encode()).hexdigest(),
         name=request.name,
         time_limit=time_limit,
         certificate_time=certificate_time,
@@ -113,5 +120,8 @@ def hash_of(document: Any) -> str:
 
     The ``request`` of an answer has the ``request_hash`` of that answer.
     """
-    text = json.dumps(document, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
-    return hashlib.sha256(text.encode("utf-8")).hexdigest()
+    return hashlib.sha256(_canonical(document).encode()).hexdigest()
+
+
+def _canonical(document: Any) -> str:
+    return json.dumps(document, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)

@@ -8,6 +8,7 @@ import numpy as np
 
 from duocell.models.base.arrays import Floats
 from duocell.models.cell.cell import Cell
+from duocell.models.cell.task import Task
 from duocell.optimizer.settings import CertificateSettings, Settings, ToleranceSettings
 from duocell.service.common.issues import IssueCollector
 from duocell.service.library.library import Library
@@ -20,12 +21,13 @@ from duocell.service.schemas.evaluate import EvaluateRequest
 from duocell.service.schemas.request import Certificate, LayoutRequest
 
 
-def cell_of(request: LayoutRequest, library: Library | None = None) -> Cell:
+def cell_of(request: LayoutRequest, library: Library | None = None, task: Task | None = None) -> Cell:
     """The cell that a request describes.
 
     Args:
         request: a valid request.
         library: what users brought; its robots are looked up before the catalogue.
+        task: of the request, if that has been converted before.
 
     Raises:
         InvalidRequest: with everything that is wrong with it.
@@ -33,7 +35,7 @@ def cell_of(request: LayoutRequest, library: Library | None = None) -> Cell:
     issues = IssueCollector()
     _check_baselines(request, issues)
     _check_names(request, issues)
-    task = task_of(request, issues)
+    task = task_of(request, issues) if task is None else task
     robots = {} if library is None else library.robots()
     made = [arm_of(arm, f"/arms/{index}", robots, issues) for index, arm in enumerate(request.arms)]
     check_shared_joints(made, issues)

@@ -15,7 +15,7 @@ from sqlalchemy import BindParameter, Connection, Table, bindparam, delete, inse
 from sqlalchemy.dialects import postgresql, sqlite
 
 from duocell.service.jobs.job import Ending, Job, JobEvent, JobStatus
-from duocell.service.store.rows import head_of, values_of, whole_of
+from duocell.service.store.rows import claimed_of, head_of, values_of
 from duocell.service.store.tables import EventRow, JobRow
 
 QUEUED, RUNNING = JobStatus.QUEUED.value, JobStatus.RUNNING.value
@@ -30,7 +30,7 @@ def _table(row: type[Any]) -> Table:
 
 
 JOBS, EVENTS = _table(JobRow), _table(EventRow)
-HEAD = [column for column in JOBS.c if column.name not in ("request", "result")]
+HEAD = [column for column in JOBS.c if column.name not in ("request", "result", "prepared")]
 WHICH: BindParameter[Any] = bindparam("which")
 ATTEMPTS: BindParameter[Any] = bindparam("which_attempts")
 OWNER: BindParameter[Any] = bindparam("which_owner", type_=JOBS.c.owner.type)
@@ -69,6 +69,7 @@ END_VALUES = {
     "failure_code": bindparam("new_failure_code"),
     "failure_detail": bindparam("new_failure_detail"),
     "result": bindparam("new_result"),
+    "prepared": None,  # no worker will ask for it again
 }
 FINISH = update(JOBS).where(*HELD).values(END_VALUES).returning(*HEAD)
 CANCEL = update(JOBS).where(JOBS.c.id == WHICH, JOBS.c.status.in_(ACTIVE)).values(END_VALUES).returning(*HEAD)
@@ -87,10 +88,10 @@ def add(connection: Connection, number: int, job: Job, owner: str, key: str | No
 
 
 def claim(connection: Connection, job_id: str, owner: str) -> Job | None:
-    """Queued to running; the whole job."""
+    """Queued to running; the job with what a worker is given."""
     values = {"which": job_id, "which_owner": owner, "now": datetime.now(UTC)}
     row = connection.execute(CLAIM, values).one_or_none()
-    return None if row is None else whole_of(row)
+    return None if row is None else claimed_of(row)
 
 
 def put_back(connection: Connection, job: Job, attempts_left: int) -> Job | None:

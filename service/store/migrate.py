@@ -13,7 +13,7 @@ from duocell.service.store.session_lock import SERVERS
 if TYPE_CHECKING:
     from alembic.config import Config
 
-HEAD = "0004"
+HEAD = "0005"
 """The newest revision of the tables; named here so that an up-to-date store opens without loading Alembic."""
 
 

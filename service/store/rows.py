@@ -30,6 +30,7 @@ def values_of(job: Job, key: str | None, body_hash: str) -> dict[str, Any]:
         "body_hash": body_hash,
         "request_hash": job.request_hash,
         "request": job.request,
+        "prepared": job.prepared,
     }
 
 
@@ -38,12 +39,17 @@ def whole_of(row: JobRow | Row[Any]) -> Job:
     return _job(row, row.request, row.result)
 
 
+def claimed_of(row: Row[Any]) -> Job:
+    """The job in a row, with request and what a worker is given."""
+    return _job(row, row.request, None, row.prepared)
+
+
 def head_of(row: JobRow | Row[Any]) -> Job:
     """The job in a row without its long texts."""
     return _job(row, "", None)
 
 
-def _job(row: JobRow | Row[Any], request: str, result: str | None) -> Job:
+def _job(row: JobRow | Row[Any], request: str, result: str | None, prepared: bytes | None = None) -> Job:
     return Job(
         id=row.id,
         name=row.name,
@@ -52,6 +58,7 @@ def _job(row: JobRow | Row[Any], request: str, result: str | None) -> Job:
         created_at=row.created_at,
         request=request,
         request_hash=row.request_hash,
+        prepared=prepared,
         time_limit=row.time_limit,
         certificate_time=row.certificate_time,
         runs=row.runs,

@@ -17,13 +17,13 @@ class Task:
     """What is to be solved.
 
     Attributes:
-        text: JSON of an accepted request. request_hash: of that request.
+        request: an accepted one, as its form (`duocell.service.requests.prepared`) or its JSON. request_hash: of it.
         time_limit: s, soft limit of one run of the optimizer where the request has none; it then answers with the best
             it has. The time of a certificate comes on top.
         stop_after: s after which the solve is told to stop, and killed if it does not.
     """
 
-    text: str
+    request: bytes | str
     request_hash: str
     time_limit: float
     stop_after: float
@@ -74,7 +74,7 @@ class Executor(Protocol):
             SolveFailed: there is no answer, and why.
         """
 
-    async def evaluate(self, text: str, request_hash: str, stop_after: float) -> Answer:
+    async def evaluate(self, request: bytes | str, request_hash: str, stop_after: float) -> Answer:
         """The result of an accepted request to evaluate a layout; arguments and errors as for `solve`."""
 
     async def self_test(self) -> None:

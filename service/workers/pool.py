@@ -73,12 +73,12 @@ class ProcessExecutor:
 
     async def solve(self, task: Task, report: Report) -> Answer:
         """See `Executor`."""
-        arguments = task.text, task.request_hash, task.time_limit, self._data_dir
+        arguments = task.request, task.request_hash, task.time_limit, self._data_dir
         return await self._run(self._solve, arguments, task.stop_after, report)
 
-    async def evaluate(self, text: str, request_hash: str, stop_after: float) -> Answer:
+    async def evaluate(self, request: bytes | str, request_hash: str, stop_after: float) -> Answer:
         """See `Executor`."""
-        arguments = text, request_hash, self._data_dir
+        arguments = request, request_hash, self._data_dir
         return await self._run(worker.evaluate, arguments, stop_after, lambda kind, data: None)
 
     async def self_test(self) -> None:

@@ -1,4 +1,4 @@
-"""From the text of an accepted request to the document of its result: what a worker and the command line both do."""
+"""From an accepted request to the document of its result: what a worker and the command line both do."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from duocell.optimizer.results.layout import Layout
 from duocell.optimizer.settings import Settings
 from duocell.service.common.issues import Issue
 from duocell.service.library.library import Library
-from duocell.service.requests.convert import cell_of, joints_of, settings_of
+from duocell.service.requests.convert import joints_of, settings_of
+from duocell.service.requests.prepared import read_accepted
 from duocell.service.requests.warnings import warnings_of
 from duocell.service.results.documents import result_document
 from duocell.service.schemas.evaluate import EvaluateRequest
@@ -21,25 +22,24 @@ Understood = Callable[[Settings, Callable[[Layout], list[Issue]]], None]
 """Takes what is asked for, and a function that makes the warnings beside a layout."""
 
 
-def evaluate_request(text: str, request_hash: str, library: Library | None = None) -> dict[str, Any]:
+def evaluate_request(accepted: bytes | str, request_hash: str, library: Library | None = None) -> dict[str, Any]:
     """The ``result`` of an evaluation.
 
     Args:
-        text: an accepted request.
+        accepted: form or text of an accepted request (`duocell.service.requests.prepared`).
         request_hash: of that request.
         library: what users brought.
 
     Raises:
         DuocellError: an engine broke down.
     """
-    request = EvaluateRequest.model_validate_json(text)
-    cell = cell_of(request, library)
+    request, cell = read_accepted(EvaluateRequest, accepted, library)
     layout = evaluate_layout(cell, joints_of(request, cell))
     return result_document(layout, request_hash, warnings_of(request, cell, layout))
 
 
 def solve_request(
-    text: str,
+    accepted: bytes | str,
     request_hash: str,
     time_limit: float,
     library: Library | None = None,
@@ -48,7 +48,7 @@ def solve_request(
     """The ``result`` of a layout resource.
 
     Args:
-        text: an accepted request.
+        accepted: form or text of an accepted request (`duocell.service.requests.prepared`).
         request_hash: of that request.
         time_limit: s, soft limit of search, automatic proof and checks, where the request has none.
         library: what users brought; it has to know what was deleted since the request was accepted.
@@ -57,8 +57,7 @@ def solve_request(
     Raises:
         DuocellError: an engine broke down.
     """
-    request = LayoutRequest.model_validate_json(text)
-    cell = cell_of(request, library)
+    request, cell = read_accepted(LayoutRequest, accepted, library)
     settings = settings_of(request, time_limit)
     understood(settings, lambda some: warnings_of(request, cell, some))
     layout = optimize(cell, settings)

@@ -104,15 +104,18 @@ def _carry_out(run: Run, channel: socket.socket, stops: set[int]) -> Any:
         return run.function(*run.arguments)
 
 
-def solve(text: str, request_hash: str, time_limit: float, data_dir: Path | None = None) -> Answer:
-    """Solve an accepted request; what it names of users' robots and meshes lies in ``data_dir``.
+def solve(accepted: bytes | str, request_hash: str, time_limit: float, data_dir: Path | None = None) -> Answer:
+    """Solve an accepted request, given as its form or its text.
 
-    The best answer so far is told meanwhile, for the case that the solve has to be ended.
+    What it names of users' robots and meshes lies in ``data_dir``. The best answer so far is told meanwhile, for the
+    case that the solve has to be ended.
     """
-    return _answer(lambda: solve_following(text, request_hash, time_limit, _library(data_dir)))
+    return _answer(lambda: solve_following(accepted, request_hash, time_limit, _library(data_dir)))
 
 
-def solve_following(text: str, request_hash: str, time_limit: float, library: Library | None) -> dict[str, Any]:
+def solve_following(
+    accepted: bytes | str, request_hash: str, time_limit: float, library: Library | None
+) -> dict[str, Any]:
     """The result of an accepted request; whoever watches is told the best answer so far meanwhile.
 
     Raises:
@@ -127,19 +130,19 @@ def solve_following(text: str, request_hash: str, time_limit: float, library: Li
     known.begin()
     try:
         with overhearing(known):
-            return solve_request(text, request_hash, time_limit, library, known.understood)
+            return solve_request(accepted, request_hash, time_limit, library, known.understood)
     except Cancelled:
         known.flush(QUICK)
         raise
 
 
-def evaluate(text: str, request_hash: str, data_dir: Path | None = None) -> Answer:
+def evaluate(accepted: bytes | str, request_hash: str, data_dir: Path | None = None) -> Answer:
     """Evaluate the layout of an accepted request; ``data_dir`` as for `solve`."""
 
     def work() -> dict[str, Any]:
         from duocell.service.workers.solving import evaluate_request
 
-        return evaluate_request(text, request_hash, _library(data_dir))
+        return evaluate_request(accepted, request_hash, _library(data_dir))
 
     return _answer(work)
 

@@ -16,7 +16,8 @@ from duocell.optimizer.settings import Settings
 from duocell.service.common.issues import InvalidRequest, Issue
 from duocell.service.jobs.resources import solved_here
 from duocell.service.requests.accept import Accepted, accept
-from duocell.service.requests.convert import cell_of, settings_of
+from duocell.service.requests.convert import settings_of
+from duocell.service.requests.prepared import read_accepted
 from duocell.service.requests.warnings import warnings_of
 from duocell.service.results import documents
 from duocell.service.schemas.request import LayoutRequest
@@ -75,9 +76,8 @@ def read_request(source: str | PathLike[str] | bytes | Mapping[str, Any]) -> Req
         accepted = accept(_body(source), Limits())
     except NotJson as error:
         raise InvalidRequest([Issue("", error.detail)]) from error
-    request = LayoutRequest.model_validate_json(accepted.text)
-    settings = settings_of(request, accepted.time_limit)
-    return Request(cell_of(request), settings, request, accepted, read_at)
+    request, cell = read_accepted(LayoutRequest, accepted.prepared)
+    return Request(cell, settings_of(request, accepted.time_limit), request, accepted, read_at)
 
 
 def _body(source: str | PathLike[str] | bytes | Mapping[str, Any]) -> bytes:

@@ -4,29 +4,39 @@ import importlib.util
 import json
 import re
 import sys
-import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
 from itertools import pairwise
+from math import atan2, cos, pi, sin
 from pathlib import Path
-from types import ModuleType
+from types import FrameType, ModuleType
 from typing import Any
 from xml.etree import ElementTree
 
 import grimp
+import numpy as np
 import pytest
 
-from duocell.models.base.pose import transform
 from duocell.optimizer.nlp import solve as nlp_solve
 from duocell.service.requests import convert_pose
 from duocell.service.requests.accept import accept
+from duocell.service.requests.prepared import read_accepted
+from duocell.service.schemas.request import LayoutRequest
 from duocell.service.settings import Limits
-from duocell.service.workers import worker
+from duocell.service.workers.solving import solve_request
 
 ROOT = Path(__file__).parents[2]
 PAGE, PICTURE = ROOT / "docs" / "architecture.md", ROOT / "docs" / "rooms.svg"
 TEXT = PAGE.read_text(encoding="utf-8")
 FLOORS = ("service", "optimizer", "models")
 WAY = re.findall(r"^(\d+)\. (\*\*)?`([\w/]+\.py)`", TEXT, re.M)
-NUMBERS = {"nine": 9}
+ON_LOOKERS = re.findall(r"^- `([\w/]+\.py)`: ", TEXT.split("### Look")[1].split("\n## ")[0], re.M)
+NUMBERS = {"six": 6, "seven": 7, "eight": 8}
+MOST = 15
+"""Files on the way of a request: what the project has set itself."""
+POSES, HEIGHT = 13, 0.1015625
+"""Of the requests that are watched, and m; nothing else there comes in thirteens or has this height."""
 
 
 @pytest.fixture(scope="module")
@@ -124,37 +134,134 @@ def test_links_lead_somewhere() -> None:
 # --- the way of a request ---------------------------------------------------------------------------------------------
 
 
+class IpoptIsCalled(BaseException):
+    """The way has come to its end; nothing on it takes this for an error."""
+
+
+def bodies() -> list[bytes]:
+    """Requests for one arm: poses in every format, a line, and a task sequence."""
+    request = json.loads((ROOT / "examples" / "line.json").read_text())
+    request = {**request, "arms": request["arms"][:1], "certificate": None}
+    path = request.pop("task")["line"]
+    line = {"line": path | {"count": POSES}}
+    accepted = accept(json.dumps(request | {"task": line}).encode(), Limits())
+    _, cell = read_accepted(LayoutRequest, accepted.prepared)
+    poses = [
+        {"position": [*pose[:2, 3].tolist(), HEIGHT], "orientation": turned(k, atan2(pose[1, 0], pose[0, 0]))}
+        for k, pose in enumerate(cell.task.poses)
+    ]
+    segments = [{"name": "poses", "task": {"poses": poses}}, {"name": "line", "task": line}]
+    return [
+        json.dumps(request | some).encode()
+        for some in ({"task": {"poses": poses}}, {"task": line}, {"tasks": segments})
+    ]
+
+
+def turned(k: int, angle: float) -> dict[str, Any]:
+    """A turn about z as an orientation, in one format after the other."""
+    s, c = sin(angle), cos(angle)
+    forms: list[dict[str, Any]] = [
+        {"quaternion": [0.0, 0.0, sin(angle / 2.0), cos(angle / 2.0)]},
+        {"matrix": [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]},
+        {"rpy": [0.0, 0.0, angle]},
+        {"euler_zyz": [angle, 0.0, 0.0]},
+        {"oat": [angle + pi / 2.0, pi / 2.0, 0.0]},
+    ]
+    return forms[k % len(forms)]
+
+
+def are_poses(value: Any) -> bool:
+    """Whether a value is poses: a list of them, an array with an axis for them, or one as a document."""
+    if isinstance(value, np.ndarray):
+        shape = value.shape
+        many = any(size in (POSES, 2 * POSES) for size in shape)
+        return many and (shape[-2:] in ((4, 4), (3, 3)) or shape[-1] == 3 or 12 in shape)
+    if isinstance(value, dict):
+        position = value.get("position")
+        return isinstance(position, list) and position[2:] == [HEIGHT]
+    return isinstance(value, (list, tuple)) and len(value) == POSES
+
+
+@contextmanager
+def watched(holding: set[str], handing: set[str]) -> Iterator[None]:
+    """Note the files of functions that have poses in hand, and of those that hand them on to another file."""
+
+    def note(frame: FrameType, event: str, argument: Any) -> None:
+        if event != "return":
+            return
+        file, other = (inside(frame), inside(frame.f_back) if frame.f_back else "")
+        if file and any(are_poses(value) for value in [argument, *frame.f_locals.values()]):
+            holding.add(file)
+            if other and other != file and are_poses(argument):
+                handing.add(file)
+
+    sys.setprofile(note)
+    try:
+        yield
+    finally:
+        sys.setprofile(None)
+
+
+@cache
+def place_of(file: str) -> str:
+    path = Path(file).resolve()
+    place = str(path.relative_to(ROOT)) if path.is_relative_to(ROOT) else ""
+    return place if place.startswith(FLOORS) else ""
+
+
+def inside(frame: FrameType) -> str:
+    """The file of a function, as the page names it; "" for those of libraries and tests."""
+    return place_of(frame.f_code.co_filename)
+
+
 def test_files_of_the_way_are_counted() -> None:
     assert [int(number) for number, _, _ in WAY] == list(range(1, len(WAY) + 1))
-    assert len({file for _, _, file in WAY}) == len(WAY)
+    assert len({file for _, _, file in WAY} | set(ON_LOOKERS)) == len(WAY) + len(ON_LOOKERS)
     (count, changes) = re.findall(r"pass through (\d+) files, .* In (\w+) of them", TEXT.replace("\n", " "))[0]
-    assert int(count) == len(WAY)
+    assert int(count) == len(WAY) <= MOST
     assert NUMBERS[changes] == sum(bool(bold) for _, bold, _ in WAY)
 
 
-def test_a_request_goes_the_way_that_is_described(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Who calls whom where poses are converted, and where IPOPT is called."""
-    stacks: dict[str, list[list[str]]] = {"converted": [], "solved": []}
+def test_poses_are_in_hand_where_it_is_said_and_nowhere_else(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Requests are accepted and solved up to the first call of IPOPT, and every function is watched meanwhile."""
 
-    def noted(stage: str, function: Any) -> Any:
-        def called(*arguments: Any) -> Any:
-            files = [Path(frame.filename).resolve() for frame in traceback.extract_stack()]
-            inside = [str(file.relative_to(ROOT)) for file in files if file.is_relative_to(ROOT)]
-            stacks[stage].append([file for file in inside if file.startswith(FLOORS)])
-            return function(*arguments)
+    def call_ipopt(*_: Any) -> Any:
+        raise IpoptIsCalled
 
-        return called
+    monkeypatch.setattr(nlp_solve, "_solver", call_ipopt)
+    holding, handing = set[str](), set[str]()
+    for body in bodies():
+        with watched(holding, handing):
+            accepted = accept(body, Limits())
+            with pytest.raises(IpoptIsCalled):
+                solve_request(accepted.prepared, accepted.request_hash, 60.0)
+    way = {file for _, _, file in WAY}
+    ends = {"service/http/body.py", "optimizer/nlp/program.py", "optimizer/nlp/solve.py"}  # bytes, and numbers in a row
+    assert holding - {"models/base/arrays.py"} == (way - ends) | set(ON_LOOKERS)  # which freezes arrays of any kind
+    assert handing.isdisjoint(ON_LOOKERS)
 
-    monkeypatch.setattr(convert_pose, "transform", noted("converted", transform))
-    monkeypatch.setattr(nlp_solve, "_solver", noted("solved", nlp_solve._solver))
-    request = json.loads((ROOT / "examples" / "line.json").read_text())
-    request = {**request, "arms": request["arms"][:1], "certificate": None}
-    accepted = accept(json.dumps(request).encode(), Limits())
-    assert worker.solve(accepted.text, accepted.request_hash, 60.0).text is not None
-    way = [file for _, _, file in WAY]
-    converted = [stack for stack in stacks["converted"] if "service/requests/convert_arm.py" not in stack]
-    assert len(converted) == 4  # both ends of the line, twice
-    assert {file for stack in converted + stacks["solved"] for file in stack} <= set(way)
-    places = [way.index(file) for file in stacks["solved"][0]]
-    assert places == sorted(places)
-    assert way[places[-1]] == "optimizer/nlp/solve.py"
+
+def test_poses_are_converted_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All of a format together, by the process that accepts a request; the worker gets what came out."""
+    converted: list[tuple[int, ...]] = []
+
+    def noted(name: str) -> Any:
+        convert = convert_pose.ROTATIONS[name]
+
+        def rotations(values: Any) -> Any:
+            converted.append(np.shape(values))
+            return convert(values)
+
+        return rotations
+
+    for name in convert_pose.ROTATIONS:
+        monkeypatch.setitem(convert_pose.ROTATIONS, name, noted(name))
+    body, *_ = bodies()
+    converted.clear()
+    accepted = accept(body, Limits())
+    others = [(4,), (3, 3)]  # tool and grasp of the arm
+    assert converted == [(3, 4), (3, 3, 3), (3, 3), (2, 3), (2, 3), *others]  # format by format
+    converted.clear()
+    _, cell = read_accepted(LayoutRequest, accepted.prepared)
+    assert len(cell.task) == POSES
+    assert converted == others

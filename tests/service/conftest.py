@@ -14,6 +14,7 @@ from fastapi.testclient import TestClient
 from duocell.optimizer.results.layout import Layout, Outcome, Search, Verification
 from duocell.optimizer.results.placement import Placement
 from duocell.service.app import create_app
+from duocell.service.requests.prepared import request_of
 from duocell.service.results.documents import result_document
 from duocell.service.schemas.evaluate import EvaluateRequest
 from duocell.service.schemas.request import EXAMPLE, LayoutRequest
@@ -59,6 +60,7 @@ class FakeExecutor:
         self.ended_by = "answer"
         self.unwell: SolveFailed | None = None
         self.limits: list[tuple[float, float]] = []
+        self.given: list[bytes | str] = []
         self.running = 0
         self.most_running = 0
         self.error: Exception | None = None
@@ -72,11 +74,13 @@ class FakeExecutor:
 
     async def solve(self, task: Task, report: Report) -> Answer:
         report("stage", '{"what": "made up", "done": 0.0}')
-        request = LayoutRequest.model_validate_json(task.text)
+        self.given.append(task.request)
+        request, _ = request_of(LayoutRequest, task.request)
         return await self._answer(request, task.request_hash, task.time_limit, task.stop_after)
 
-    async def evaluate(self, text: str, request_hash: str, stop_after: float) -> Answer:
-        return await self._answer(EvaluateRequest.model_validate_json(text), request_hash, 0.0, stop_after)
+    async def evaluate(self, request: bytes | str, request_hash: str, stop_after: float) -> Answer:
+        asked, _ = request_of(EvaluateRequest, request)
+        return await self._answer(asked, request_hash, 0.0, stop_after)
 
     async def _answer(self, request: LayoutRequest, request_hash: str, time_limit: float, stop_after: float) -> Answer:
         self.limits.append((time_limit, stop_after))

@@ -1,12 +1,16 @@
 """Cancelling, deleting, repeating, listing: over HTTP, on a fake executor."""
 
+import json
+import sqlite3
 import threading
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
 from fastapi.testclient import TestClient
 
+from duocell.service.common.database_url import FILE
 from tests.support.server import until
 
 Document = dict[str, Any]
@@ -218,3 +222,30 @@ def test_lists_that_make_no_sense_are_refused(client: TestClient, query: str) ->
     answer = client.get(f"/v1/layouts?{query}")
     assert answer.status_code == 422
     assert answer.json()["errors"][0]["detail"]
+
+
+# ----------------------------------------------------------------------------------------------- what a worker is given
+
+
+def test_workers_are_given_what_is_converted_and_the_text_where_nothing_of_this_version_is(
+    client_with: Make, fake: Any, example: Document, tmp_path: Path
+) -> None:
+    fake.seconds = 60.0
+    client = client_with(workers=1)
+    locations = [client.post("/v1/layouts", json=example).headers["location"] for _ in range(4)]
+    until(lambda: fake.running == 1)
+    with sqlite3.connect(tmp_path / FILE) as store:
+        for location, form in zip(locations[2:], (None, b"duocell request 0\n..."), strict=True):
+            store.execute("UPDATE jobs SET prepared = ? WHERE id = ?", (form, location.rsplit("/", 1)[1]))
+    store.close()
+    fake.seconds = 0.0
+    client.post(f"{locations[0]}/cancel")
+    for location in locations[1:]:
+        until(lambda location=location: state_of(client, location) == "succeeded")
+    assert [type(one) for one in fake.given] == [bytes, bytes, str, str]
+    texts = [client.get(location).json()["request"] for location in locations]
+    assert json.loads(fake.given[2]) == json.loads(fake.given[3]) == texts[0]
+    assert all(text == texts[0] for text in texts)
+    with sqlite3.connect(tmp_path / FILE) as store:  # nobody will ask for it again
+        assert store.execute("SELECT count(prepared) FROM jobs").fetchone() == (0,)
+    store.close()

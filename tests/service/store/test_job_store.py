@@ -58,6 +58,31 @@ def test_a_job_comes_back_as_it_was(store: JobStore) -> None:
     assert store.events("unknown", 0, 10) == []
 
 
+def test_what_a_worker_is_given_is_there_as_long_as_one_may_ask_for_it(store: JobStore) -> None:
+    form = bytes(range(256)) * 3000
+    ends: list[Callable[[Job], object]] = [
+        lambda held: store.finish(held, DONE, []),
+        lambda held: store.cancel(held.id, event(9)),
+    ]
+    for number, end in enumerate(ends):
+        new = store.add(job(number, prepared=form), [])
+        assert new.prepared == form
+        assert store.get(new.id) == replace(new, prepared=None)  # which is for others, who have no use for it
+        assert store.unfinished()[-1].prepared is None
+        claimed = store.claim(new.id, [])
+        assert claimed is not None
+        assert claimed.prepared == form
+        store.put_back(claimed, [], counted=True)
+        again = store.claim(new.id, [])
+        assert again is not None
+        assert again.prepared == form
+        assert again.request == new.request
+        end(again)
+    old = store.claim(added(store, job(2))[0].id, [])
+    assert old is not None
+    assert old.prepared is None
+
+
 def test_a_moment_keeps_its_microseconds_and_becomes_utc(store: JobStore) -> None:
     from datetime import timezone
 

@@ -32,7 +32,7 @@ def body(count: int) -> bytes:
 
 def task(count: int, stop_after: float = 60.0) -> Task:
     accepted = accept(body(count), Settings())
-    return Task(accepted.text, accepted.request_hash, 60.0, stop_after)
+    return Task(accepted.prepared, accepted.request_hash, 60.0, stop_after)
 
 
 SHORT, LONG = task(3), task(3000)

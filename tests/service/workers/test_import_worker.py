@@ -6,6 +6,7 @@ import os
 import signal
 import time
 from collections.abc import Callable, Coroutine
+from contextlib import suppress
 from multiprocessing import forkserver
 from pathlib import Path
 from typing import Any
@@ -34,7 +35,8 @@ def test_an_upload_is_read_after_every_idle_process_was_killed() -> None:
         assert await worker.run(operator.add, 1, 2) == 3
         for forker in forkers():
             for pid in children(forker):
-                os.kill(pid, signal.SIGKILL)
+                with suppress(ProcessLookupError):  # it was ended by the worker meanwhile
+                    os.kill(pid, signal.SIGKILL)
         assert await worker.run(operator.add, 3, 4) == 7
 
     asked(trial)

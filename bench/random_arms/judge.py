@@ -12,6 +12,7 @@ from bench.random_arms.draw import draw
 from bench.random_arms.long_search import long_search
 from duocell.models.base.arrays import Floats, Ints
 from duocell.models.cell.cell import Cell
+from duocell.models.robot.posture import signs_from
 from duocell.optimizer.certificate.certify import certify
 from duocell.optimizer.reduction.box import search_box
 from duocell.optimizer.reduction.reduced import ReducedProblem, reduced_problem
@@ -98,7 +99,7 @@ class _Way:
 
     def free(self, place: Floats, signs: Ints) -> bool:
         """True if the way can be gone as it is."""
-        point = path_from(self.problem, place, (int(signs[0]), int(signs[1]), int(signs[2])))
+        point = path_from(self.problem, place, signs_from(signs))
         return check_arm_path(self.cell, self.problem.arm, point).free
 
     def cost(self, found: Incumbent) -> float | None:

@@ -112,8 +112,7 @@ def _draw(robot: Robot, size: float, rng: np.random.Generator) -> Planted:
     if rng.random() < 0.3:
         form = posture_form(robot)
         assert form is not None
-        shoulder, elbow, wrist = path_signs(form, joints)
-        arm = replace(arm, posture=Posture(shoulder, elbow, wrist))  # type: ignore[arg-type]
+        arm = replace(arm, posture=Posture(*path_signs(form, joints)))
     return Planted(
         Cell(Task(flange_poses(robot, joints)), (arm,), np.pi), ArmSolution(np.zeros(3), 0.0, joints), size, False
     )

@@ -10,6 +10,7 @@ import numpy as np
 
 from duocell.models.base.arrays import Floats, Ints
 from duocell.models.kinematics.closed_form import ClosedForm
+from duocell.models.robot.posture import Signs, signs_from
 
 ROUNDING = 1e-12
 """Excess of a cosine over 1 that is rounding."""
@@ -270,14 +271,11 @@ def signs_of(form: ClosedForm, joints: Floats) -> Ints:
     return signs
 
 
-def posture_of(form: ClosedForm, q: Floats) -> tuple[int, int, int]:
+def posture_of(form: ClosedForm, q: Floats) -> Signs:
     """Signs of shoulder, elbow and wrist of joint values (6,) [rad]; on a singular set the positive side."""
-    shoulder, elbow, wrist = (1 if sign >= 0 else -1 for sign in signs_of(form, q))
-    return shoulder, elbow, wrist
+    return signs_from(signs_of(form, q))
 
 
-def path_signs(form: ClosedForm, joints: Floats) -> tuple[int, int, int]:
+def path_signs(form: ClosedForm, joints: Floats) -> Signs:
     """The posture (shoulder, elbow, wrist) of a path (m, 6) [rad]: the sign each quantity has where it is not zero."""
-    totals = np.sum(signs_of(form, joints), axis=0)
-    shoulder, elbow, wrist = (1 if total >= 0 else -1 for total in totals)
-    return shoulder, elbow, wrist
+    return signs_from(np.sum(signs_of(form, joints), axis=0))

@@ -15,11 +15,9 @@ from duocell.models.base.arrays import Floats
 from duocell.models.kinematics.branches import solve_signed
 from duocell.models.kinematics.kinematics import jacobians
 from duocell.models.robot.arm import TURN, Interval
-from duocell.models.robot.posture import ALL_SIGNS
+from duocell.models.robot.posture import ALL_SIGNS, Signs
 from duocell.optimizer.baselines.reach import ReachRows, reach_rows
 from duocell.optimizer.reduction.reduced import Paths, ReducedProblem, evaluate
-
-Signs = tuple[int, int, int]
 
 
 @dataclass(frozen=True, eq=False, slots=True)

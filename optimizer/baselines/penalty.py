@@ -20,8 +20,8 @@ from duocell.models.base.pose import inverse, rotation_angle, rotation_z, transf
 from duocell.models.cell.cell import Cell
 from duocell.models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
 from duocell.models.robot.arm import Arm
-from duocell.models.robot.posture import ALL_SIGNS, name_signs
-from duocell.optimizer.baselines.gradient import Followed, PostureFunction, Signs, paths_at
+from duocell.models.robot.posture import ALL_SIGNS, Signs, name_signs
+from duocell.optimizer.baselines.gradient import Followed, PostureFunction, paths_at
 from duocell.optimizer.baselines.penalty_cycles import Cycles, PenaltySettings
 from duocell.optimizer.baselines.penalty_rows import INVERSE_BARRIER, LOG_BARRIER, Barrier, ConstrainedPosture
 from duocell.optimizer.baselines.reach_phase import approach

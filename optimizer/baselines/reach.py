@@ -15,6 +15,7 @@ import numpy as np
 from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import rotation_about
 from duocell.models.kinematics.closed_form import ClosedForm
+from duocell.models.robot.posture import Signs
 from duocell.models.robot.robot import Robot
 
 TINY = 1e-12
@@ -32,9 +33,7 @@ class ReachRows:
     gradients: Floats
 
 
-def reach_rows(
-    form: ClosedForm, rotations: Floats, positions: Floats, joints: Floats, signs: tuple[int, int, int]
-) -> ReachRows:
+def reach_rows(form: ClosedForm, rotations: Floats, positions: Floats, joints: Floats, signs: Signs) -> ReachRows:
     """The reach rows of one posture.
 
     Args:

@@ -25,6 +25,7 @@ from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.kinematics.nominal import posture_form, singular_fifth
 from duocell.models.robot.arm import Arm
 from duocell.models.robot.freedom import NAMES
+from duocell.models.robot.posture import Signs
 from duocell.optimizer.nlp.pose_rows import BASE, freedom_numbers
 from duocell.optimizer.nlp.structure import LinearRows, Structure, structure_of
 
@@ -45,7 +46,7 @@ class ArmSolution:
     position: Floats
     yaw: float
     joints: Floats
-    signs: tuple[int, int, int] | None = None
+    signs: Signs | None = None
     free: Floats | None = None
 
 

@@ -23,7 +23,7 @@ from duocell.models.kinematics.inverse import branches
 from duocell.models.kinematics.nominal import posture_form
 from duocell.models.kinematics.wrist_singularity import wrist_shortfall
 from duocell.models.robot.arm import SINGULAR_WRIST, TURN, Arm
-from duocell.models.robot.posture import ALL_SIGNS
+from duocell.models.robot.posture import ALL_SIGNS, Signs
 from duocell.optimizer.nlp.measure import objective_of
 from duocell.optimizer.reduction.linear_sums import first_joint_limits, keep_sums, sum_excess
 from duocell.optimizer.reduction.paths import choose_windings, choose_yaw, unwrap
@@ -53,7 +53,7 @@ class LayeredPath:
     objective: float
     violation: float
     unreached: tuple[int, ...] = ()
-    signs: tuple[int, int, int] | None = None
+    signs: Signs | None = None
 
 
 def layers_at(cell: Cell, arm: Arm, position: Floats, yaw: float, poses: Floats | None = None) -> list[Floats]:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from duocell.models.base.arrays import Bools, Floats, Ints
-from duocell.models.robot.posture import ALL_SIGNS
+from duocell.models.robot.posture import ALL_SIGNS, Signs
 from duocell.optimizer.monitoring.watch import check_stop
 from duocell.optimizer.reduction.base_sample import BoxFrame
 from duocell.optimizer.reduction.box import spread
@@ -64,7 +64,7 @@ class Candidate:
     """
 
     position: Floats
-    signs: tuple[int, int, int]
+    signs: Signs
     objective: float
     violation: float
 
@@ -227,7 +227,7 @@ def _of_every_posture(net: _Net) -> list[Candidate]:
 
 def mixed(candidates: list[Candidate], count: int, of_a_posture: int) -> list[Candidate]:
     """The first of some candidates, but no more of one posture than a number while there are others."""
-    seen: dict[tuple[int, int, int], int] = {}
+    seen: dict[Signs, int] = {}
     first: list[Candidate] = []
     then: list[Candidate] = []
     for candidate in candidates:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from duocell.models.base.arrays import Floats, set_frozen
+from duocell.models.robot.posture import Signs
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +48,7 @@ class Incumbent:
     """
 
     position: Floats
-    signs: tuple[int, int, int]
+    signs: Signs
     yaw: float
     objective: float
 

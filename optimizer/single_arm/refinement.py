@@ -9,6 +9,7 @@ import numpy as np
 
 from duocell.models.base.arrays import Floats
 from duocell.models.cell.cell import Cell
+from duocell.models.robot.posture import Signs
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.base_sample import BoxFrame
 from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed
@@ -21,7 +22,7 @@ MOST, CLOSER = 3, (1.0, 0.2, 0.04)
 """Candidates that are brought to their optimum, and the shares of the first radius that they start from."""
 
 
-def path_from(problem: ReducedProblem, position: Floats, signs: tuple[int, int, int]) -> ArmSolution:
+def path_from(problem: ReducedProblem, position: Floats, signs: Signs) -> ArmSolution:
     """The best whole path from a base position (3,) in one posture."""
     paths = evaluate_signed(problem, position[None, :], np.array([signs]))
     return ArmSolution(position, float(paths.yaw[0, 0]), paths.joints[:, 0, 0].T, signs)

@@ -10,6 +10,7 @@ from duocell.models.kinematics.branches import posture_terms
 from duocell.models.kinematics.closed_form import ClosedForm, closed_form
 from duocell.models.kinematics.nominal import singular_fifth
 from duocell.models.robot.arm import Arm
+from duocell.models.robot.posture import Signs
 from duocell.optimizer.nlp.conditioning_cuts import NUDGE, conditioning_gradients
 from duocell.optimizer.nlp.pose_rows import BASE
 from duocell.optimizer.nlp.program import ArmSolution
@@ -64,7 +65,7 @@ def _add_steps(rows: RowCollector, scene: Scene, index: int, point: ArmSolution)
         rows.add(slopes, most - np.abs(change[j, i]), np.full(len(j), INSIDE))
 
 
-def _add_posture(rows: RowCollector, scene: Scene, index: int, form: ClosedForm, signs: tuple[int, int, int]) -> None:
+def _add_posture(rows: RowCollector, scene: Scene, index: int, form: ClosedForm, signs: Signs) -> None:
     """Places near a singular set that the posture must not cross (as in `duocell.optimizer.verification.verify`).
 
     Front and elbow fall like the square root of the way to the end of reach: their squares are what a row can follow.

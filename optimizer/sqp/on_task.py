@@ -13,6 +13,7 @@ from duocell.models.base.pose import inverse
 from duocell.models.kinematics.branches import solve_signed
 from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.robot.arm import TURN, Arm
+from duocell.models.robot.posture import Signs
 from duocell.optimizer.clearance.path_samples import follow
 
 REACHED = 1e-9
@@ -20,7 +21,7 @@ REACHED = 1e-9
 
 
 def brought_onto(
-    arm: Arm, signs: tuple[int, int, int] | None, base: Floats, flanges: Floats, near: Floats, guess: Floats
+    arm: Arm, signs: Signs | None, base: Floats, flanges: Floats, near: Floats, guess: Floats
 ) -> tuple[Floats, Floats]:
     """Joints (K, n) rad that take flange poses, and (K,) m, what is missed; infinite where that is not known.
 

@@ -16,6 +16,7 @@ from duocell.models.kinematics.kinematics import characteristic_length, conditio
 from duocell.models.kinematics.nominal import posture_form
 from duocell.models.kinematics.wrist_singularity import wrist_shortfall
 from duocell.models.robot.arm import Arm
+from duocell.models.robot.posture import Signs
 from duocell.optimizer.nlp.measure import largest_step
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.results.layout import Verification
@@ -107,7 +108,7 @@ def _wrong_side(arm: Arm, point: ArmSolution) -> float:
     return float(np.max(wrong_sides(form, signs, point.joints)))
 
 
-def wrong_sides(form: ClosedForm, signs: tuple[int, int, int], joints: Floats) -> Floats:
+def wrong_sides(form: ClosedForm, signs: Signs, joints: Floats) -> Floats:
     """(...) how far joints (..., 6) [rad] are on the other side of a posture's signs, <= 0 if they are not."""
     shoulder, elbow, wrist = signs
     front, bend, twist = posture_terms(form, np.moveaxis(joints, -1, 0), np.sin, np.cos)

@@ -186,9 +186,9 @@ def _posture(posture: Posture | None, robot: Robot, pointer: str, issues: IssueC
     if posture is None:
         return ModelPosture()
     wanted = ModelPosture(
-        shoulder=None if posture.shoulder is None else SHOULDER[posture.shoulder],  # type: ignore[arg-type]
-        elbow=None if posture.elbow is None else ELBOW[posture.elbow],  # type: ignore[arg-type]
-        wrist=None if posture.wrist is None else WRIST[posture.wrist],  # type: ignore[arg-type]
+        shoulder=None if posture.shoulder is None else SHOULDER[posture.shoulder],
+        elbow=None if posture.elbow is None else ELBOW[posture.elbow],
+        wrist=None if posture.wrist is None else WRIST[posture.wrist],
     )
     if not wanted.free and posture_form(robot) is None:
         issues.add(

@@ -24,7 +24,7 @@ from tests.support.given.blocked import (
 )
 
 
-def test_the_time_limit_is_respected():
+def test_the_time_limit_is_respected() -> None:
     cell = real_cell(43).cell
     began = time.perf_counter()
     found = explain(cell, NOTHING, 0, began + 1.0)
@@ -33,7 +33,7 @@ def test_the_time_limit_is_respected():
     assert found.blocking
 
 
-def test_a_layout_that_turns_up_is_the_answer():
+def test_a_layout_that_turns_up_is_the_answer() -> None:
     cell = one_arm(task=carried(3), obstacles=(far_box(),))
     found = explain(cell, NOTHING, 0, time.perf_counter() + 60.0)
     assert isinstance(found, tuple)
@@ -45,7 +45,7 @@ def test_a_layout_that_turns_up_is_the_answer():
     assert judge(cell, rescued).clean
 
 
-def test_an_impossible_cell_is_explained_if_asked():
+def test_an_impossible_cell_is_explained_if_asked() -> None:
     cell = one_arm(task=carried(4), base=region((1.9, 2.0), (-0.1, 0.1)))
     assert optimize(cell).explanation is None
     found = optimize(cell, Settings(explain=True)).explanation
@@ -53,7 +53,7 @@ def test_an_impossible_cell_is_explained_if_asked():
     assert "base region of main" in found.blocking
 
 
-def test_a_possible_cell_is_not_explained():
+def test_a_possible_cell_is_not_explained() -> None:
     layout = optimize(one_arm(task=carried(3)), Settings(explain=True, tolerance=ToleranceSettings()))
     assert layout.explanation is None
     assert layout.tolerance is not None

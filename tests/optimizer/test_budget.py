@@ -14,6 +14,7 @@ from duocell.optimizer.certificate.certify import certify
 from duocell.optimizer.reduction.reduced import reduced_problem
 from duocell.optimizer.settings import CertificateSettings
 from tests.support.given.acceptance import load
+from tests.support.present import present
 
 LINE, _ = load("line")
 
@@ -44,8 +45,7 @@ def test_one_arm_among_its_surroundings_is_worth_less_while_a_layout_is_known() 
 
 @pytest.mark.parametrize("boxes", [1, 500, 777])
 def test_tree_stops_at_its_number_of_boxes_whatever_the_clock_says(boxes: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    problem = reduced_problem(LINE, LINE.arms[0])
-    assert problem is not None
+    problem = present(reduced_problem(LINE, LINE.arms[0]))
     settings = CertificateSettings(1e-6, 1e9, boxes)
     proof = certify(problem, None, settings)
     ticks = iter(np.arange(1e7))  # a second passes whenever somebody looks at the clock

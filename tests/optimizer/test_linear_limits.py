@@ -8,13 +8,14 @@ from itertools import product
 import numpy as np
 import pytest
 
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import rotation_x, rotation_z, transform
 from duocell.models.catalogue import catalogue
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.coupling import Distance
 from duocell.models.cell.surroundings import Surroundings
 from duocell.models.cell.task import Task
-from duocell.models.robot.arm import Arm
+from duocell.models.robot.arm import Arm, BaseRegion
 from duocell.models.robot.linear_limits import LinearLimits
 from duocell.optimizer.certificate.certify import certify
 from duocell.optimizer.evaluation.evaluate import evaluate_layout
@@ -23,7 +24,7 @@ from duocell.optimizer.optimize import optimize
 from duocell.optimizer.reduction.reduced import evaluate, reduced_problem
 from duocell.optimizer.results.layout import Layout, Outcome
 from duocell.optimizer.settings import CertificateSettings, Settings, ToleranceSettings
-from tests.support.given.arms import make_arm, region
+from tests.support.given.arms import make_arm, only_at, region
 from tests.support.given.cells import Scene
 from tests.support.oracles.brute import USELESS, _paths, branches_of, path_cost
 from tests.support.oracles.dense import dense_path
@@ -39,21 +40,21 @@ def sums(*rows: tuple[list[float], float, float]) -> LinearLimits:
     return LinearLimits(names, np.array(matrix), np.array(lower), np.array(upper))
 
 
-def cell_of(robot: str = "lrmate200id", count: int = 8, **given) -> Cell:
+def cell_of(robot: str = "lrmate200id", count: int = 8, base: BaseRegion | None = None) -> Cell:
     """One arm that carries a part over a table, turning it."""
     shares = np.linspace(0.0, 1.0, count)[:, None]
     down = transform(rotation_x(np.pi), [0.0, 0.0, 0.0])
     way = transform(rotation_z(0.8 * shares[:, 0]), [0.35, -0.25, 0.25] + shares * [0.0, 0.5, 0.2])
-    base = given.pop("base", region((-0.6, 0.6), (-0.6, 0.6)))
+    place = base or region((-0.6, 0.6), (-0.6, 0.6))
     tool = catalogue.robot(robot).flange() @ TOOL
-    return Cell(Task(way @ down), (make_arm(robot, tool=tool, base=base, **given),))
+    return Cell(Task(way @ down), (make_arm(robot, tool=tool, base=place),))
 
 
 def with_sums(cell: Cell, limits: LinearLimits | None) -> Cell:
     return replace(cell, arms=(replace(cell.arms[0], linear_limits=limits), *cell.arms[1:]))
 
 
-def joints_of(layout: Layout) -> np.ndarray:
+def joints_of(layout: Layout) -> Floats:
     assert layout.usable, layout.reasons
     return layout.placements[0].joints
 
@@ -74,7 +75,7 @@ def beyond(cell: Cell, layout: Layout, steps: int = 25) -> float:
 # --- against brute force ----------------------------------------------------------------------------------------------
 
 
-def cost_at(cell: Cell, arm: Arm, place: np.ndarray) -> float:
+def cost_at(cell: Cell, arm: Arm, place: Floats) -> float:
     """Least objective from a place over postures that keep the sums; for joints 2 and 3 with less than a turn."""
     targets = cell.flange_targets(arm).copy()
     targets[:, :3, 3] -= [*place, 0.0]
@@ -230,7 +231,7 @@ def test_an_evaluation_names_the_sum_that_is_broken() -> None:
     free = cell_of(count=3)
     plain = optimize(free, SEARCH)
     placed = plain.placements[0]
-    base = region(*map(float, placed.position), yaw=placed.yaw)
+    base = only_at(placed.position, placed.yaw)
     cell = with_sums(replace(free, arms=(replace(free.arms[0], base=base),)), sums((SHOULDER, 2.0, 3.0)))
     for joints in ([placed.joints], None):
         found = evaluate_layout(cell, joints)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -12,28 +13,25 @@ import pytest
 from duocell.models.base.pose import inverse, rotation_x, rotation_z, transform
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import Task
-from duocell.models.kinematics.branches import signs_of
-from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.branches import posture_of
 from duocell.models.kinematics.kinematics import flange_poses
 from duocell.models.robot.posture import ALL_SIGNS, Posture, name_signs
+from duocell.models.robot.robot import Robot
 from duocell.optimizer.optimize import optimize
-from tests.support.given.arms import general_six, make_arm, oblique_wrist, puma_by_table, region, skew_robot
-from tests.support.given.tasks import Possible, possible
+from tests.support.given.arms import form_of, general_six, make_arm, oblique_wrist, puma_by_table, region, skew_robot
+from tests.support.given.tasks import Possible, possible, with_arm
 from tests.support.oracles.answers import assert_sound, reached, solved
+from tests.support.present import present
 
 ROOT = Path(__file__).resolve().parents[2]
 FREE = np.pi
-
-
-def with_arm(task: Possible, **changes) -> Cell:
-    return replace(task.cell, arms=(replace(task.arm, **changes),))
 
 
 # --- what may move ----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", ["puma560", "ur10e", "yumi_left"])
-def test_every_coordinate_of_the_base_can_be_fixed(name):
+def test_every_coordinate_of_the_base_can_be_fixed(name: str) -> None:
     """The witness's own place; more freedom never costs."""
     task = possible(name, np.random.default_rng(0), poses=4, step=0.08)
     x, y, z, yaw = *task.position, task.yaw
@@ -49,13 +47,13 @@ def test_every_coordinate_of_the_base_can_be_fixed(name):
         bounds = place.bounds
         fixed = bounds[:, 0] == bounds[:, 1]
         assert np.array([*placement.position, placement.yaw])[fixed] == pytest.approx(bounds[fixed, 0], abs=1e-12)
-        costs.append(layout.objective)
+        costs.append(present(layout.objective))
     assert costs[0] <= float(np.sum(task.arm.weights * (task.joints - task.arm.reference) ** 2)) + 1e-6
     for less, more in pairwise(costs):
         assert more <= less * (1.0 + 1e-6)
 
 
-def test_a_yaw_interval_may_lie_in_any_turn():
+def test_a_yaw_interval_may_lie_in_any_turn() -> None:
     task = possible("ur5e", np.random.default_rng(1), half=(0.3, 0.3, 0.0, 0.3))
     (first,) = solved(task.cell).placements
     for turn in (-2, 1):
@@ -76,7 +74,7 @@ def turned_world(task: Possible, angle: float) -> Cell:
 
 
 @pytest.mark.parametrize("gap", [0.0, 8e-5, 2e-4])
-def test_the_reported_yaw_is_the_one_at_which_the_poses_are_reached(gap):
+def test_the_reported_yaw_is_the_one_at_which_the_poses_are_reached(gap: float) -> None:
     """Also where the interval leaves a sliver of the turn out and the best yaw lies in it."""
     task = possible("puma560", np.random.default_rng(2), half=(0.0, 0.0, 0.0, FREE))
     task = replace(
@@ -93,7 +91,7 @@ def test_the_reported_yaw_is_the_one_at_which_the_poses_are_reached(gap):
 
 
 @pytest.mark.parametrize("name", ["puma560", "kr6_r900", "iiwa14"])
-def test_a_turned_and_moved_world_has_the_same_layout_turned_and_moved(name):
+def test_a_turned_and_moved_world_has_the_same_layout_turned_and_moved(name: str) -> None:
     task = possible(name, np.random.default_rng(3), poses=4, half=(0.5, 0.5, 0.0, FREE), step=0.08)
     wide = region((-3, 3), (-3, 3), task.position[2])
     (here,) = solved(with_arm(task, base=wide)).placements
@@ -110,36 +108,38 @@ def test_a_turned_and_moved_world_has_the_same_layout_turned_and_moved(name):
 
 
 @pytest.mark.parametrize(("name", "scale"), [("puma560", 1e-4), ("puma560", 1e4), ("iiwa14", 1e-4), ("gen3", 1e4)])
-def test_the_size_of_the_weights_does_not_matter(name, scale):
+def test_the_size_of_the_weights_does_not_matter(name: str, scale: float) -> None:
     task = possible(name, np.random.default_rng(3), half=(0.4, 0.4, 0.0, FREE))
     plain = optimize(task.cell).objective
     layout = solved(with_arm(task, weights=scale * task.arm.weights))
-    assert layout.objective / scale == pytest.approx(plain, rel=1e-3)
+    assert present(layout.objective) / scale == pytest.approx(plain, rel=1e-3)
 
 
 @pytest.mark.parametrize(
     ("name", "seed", "poses", "half", "scale"),
     [("puma560", 186531946, 30, 0.3, 1e3), ("puma560_ssik", 907020965, 6, 1.0, 1e-3)],
 )
-def test_nor_does_it_where_the_best_base_is_close_to_the_limits(name, seed, poses, half, scale):
+def test_nor_does_it_where_the_best_base_is_close_to_the_limits(
+    name: str, seed: int, poses: int, half: float, scale: float
+) -> None:
     """What the screening charges for a violation must be measured against the cost."""
     task = possible(name, np.random.default_rng(seed), poses=poses, step=0.9 / poses, half=(half, half, 0.0, FREE))
     plain = optimize(task.cell).objective
-    scaled = optimize(with_arm(task, weights=scale * task.arm.weights)).objective / scale
+    scaled = present(optimize(with_arm(task, weights=scale * task.arm.weights)).objective) / scale
     assert scaled == pytest.approx(plain, rel=1e-3)
 
 
-def test_weights_of_zero_leave_any_usable_base():
+def test_weights_of_zero_leave_any_usable_base() -> None:
     task = possible("ur5e", np.random.default_rng(4))
     assert solved(with_arm(task, weights=np.zeros(6))).objective == 0.0
 
 
-def test_a_reference_that_is_reached_costs_nothing():
+def test_a_reference_that_is_reached_costs_nothing() -> None:
     """A part at rest, and a base that lets the arm take its reference exactly."""
     arm = make_arm("ur5e", base=region((-2, 2), (-2, 2), (-1, 1)))
     pose = transform(rotation_z(0.3), [0.4, 0.2, 0.1]) @ flange_poses(arm.robot, arm.reference)
     layout = solved(Cell(Task(np.repeat(pose, 3, axis=0)), (arm,)))
-    assert layout.objective < 1e-9
+    assert present(layout.objective) < 1e-9
     assert layout.placements[0].position == pytest.approx([0.4, 0.2, 0.1], abs=1e-5)
     assert layout.placements[0].yaw == pytest.approx(0.3, abs=1e-5)
 
@@ -148,9 +148,9 @@ def test_a_reference_that_is_reached_costs_nothing():
 
 
 @pytest.mark.parametrize("name", ["puma560", "ur5e"])
-def test_postures_that_are_asked_for_are_kept(name):
+def test_postures_that_are_asked_for_are_kept(name: str) -> None:
     task = possible(name, np.random.default_rng(6), half=(0.8, 0.8, 0.0, FREE))
-    best = solved(task.cell).objective
+    best = present(solved(task.cell).objective)
     found = []
     for signs in ALL_SIGNS:
         cell = with_arm(task, posture=Posture(*signs))
@@ -158,15 +158,15 @@ def test_postures_that_are_asked_for_are_kept(name):
         if layout.usable:
             assert_sound(cell, layout)
             assert layout.placements[0].posture == name_signs(signs)
-            found.append(layout.objective)
+            found.append(present(layout.objective))
     assert len(found) >= 3
     assert min(found) == pytest.approx(best, rel=1e-6)
-    for word, sign in (("shoulder", 1), ("elbow", -1), ("wrist", 1)):
-        layout = optimize(with_arm(task, posture=Posture(**{word: sign})))
-        assert layout.objective >= best * (1.0 - 1e-9)
+    for posture in (Posture(shoulder=1), Posture(elbow=-1), Posture(wrist=1)):
+        layout = optimize(with_arm(task, posture=posture))
+        assert present(layout.objective) >= best * (1.0 - 1e-9)
 
 
-def test_an_arm_with_a_tilted_first_axis_keeps_its_posture_too():
+def test_an_arm_with_a_tilted_first_axis_keeps_its_posture_too() -> None:
     """A closed form in its own base frame, whose axis 1 leans: the search is another, the rule is the same."""
     robot = make_arm("puma560").robot
     placements = robot.joint_placements.copy()
@@ -174,22 +174,22 @@ def test_an_arm_with_a_tilted_first_axis_keeps_its_posture_too():
     leaning = replace(robot, name="leaning", joint_placements=placements)
     task = possible(leaning, np.random.default_rng(7), poses=4, half=(0.3, 0.3, 0.0, 1.0))
     solved(task.cell)
-    signs = tuple(int(s) for s in signs_of(closed_form(leaning), task.joints[0]))
+    signs = posture_of(form_of(leaning), task.joints[0])
     layout = solved(with_arm(task, posture=Posture(*signs)))
     assert layout.placements[0].posture == name_signs(signs)
 
 
-def test_conditioning_that_is_asked_for_is_kept_and_costs():
+def test_conditioning_that_is_asked_for_is_kept_and_costs() -> None:
     task = possible("puma560", np.random.default_rng(8), half=(0.6, 0.6, 0.0, FREE))
     plain = with_arm(task, reference=0.5 * (task.arm.lower + task.arm.upper))
     free = solved(plain)
     before = free.placements[0].minimum_conditioning
     asked = solved(replace(plain, arms=(replace(plain.arms[0], min_conditioning=before + 0.02),)))
     assert asked.placements[0].minimum_conditioning >= before + 0.02 - 1e-9
-    assert asked.objective > free.objective
+    assert present(asked.objective) > present(free.objective)
 
 
-def test_a_straight_elbow_is_avoided_where_conditioning_is_asked_for():
+def test_a_straight_elbow_is_avoided_where_conditioning_is_asked_for() -> None:
     """The mid-range reference of a UR10e has a straight elbow; margins do not show it, conditioning does."""
     arm = make_arm("ur10e", base=region((-1.5, 1.5), (-1.5, 1.5)), reference=np.zeros(6))
     poses = transform(rotation_x(np.pi), np.array([[0.7, y, 0.5] for y in np.linspace(-0.2, 0.2, 5)]))
@@ -219,7 +219,7 @@ def holding(names: list[str], seed: int, poses: int = 5) -> Cell:
 
 
 @pytest.mark.parametrize("names", [["ur5e"], ["puma560", "rx160"], ["ur10e", "iiwa14"], ["gp8", "ur3e", "irb120"]])
-def test_any_number_of_arms_holds_the_object(names):
+def test_any_number_of_arms_holds_the_object(names: list[str]) -> None:
     cell = holding(names, len(names))
     layout = solved(cell)
     assert len(layout.placements) == len(names)
@@ -229,7 +229,7 @@ def test_any_number_of_arms_holds_the_object(names):
         assert np.array_equal(placement.joints, alone.placements[0].joints)
 
 
-def test_progress_is_told_in_order():
+def test_progress_is_told_in_order() -> None:
     cell = holding(["ur5e", "puma560"], 2)
     told: list[tuple[str, float]] = []
     optimize(cell, progress=lambda what, fraction: told.append((what, fraction)))
@@ -242,15 +242,15 @@ def test_progress_is_told_in_order():
 
 
 @pytest.mark.parametrize("make", [puma_by_table, oblique_wrist, skew_robot, general_six])
-def test_arms_sent_as_tables(make):
+def test_arms_sent_as_tables(make: Callable[[], Robot]) -> None:
     robot = make()
     task = possible(robot, np.random.default_rng(9), poses=4, half=(0.4, 0.4, 0.0, FREE))
     layout = solved(task.cell)
     witness = float(np.sum(task.arm.weights * (task.joints - task.arm.reference) ** 2))
-    assert layout.objective <= witness * (1.0 + 1e-9)
+    assert present(layout.objective) <= witness * (1.0 + 1e-9)
 
 
-def test_the_sources_arm_by_table_and_by_name_stands_in_the_same_place():
+def test_the_sources_arm_by_table_and_by_name_stands_in_the_same_place() -> None:
     task = possible("puma560", np.random.default_rng(10), half=(0.5, 0.5, 0.0, FREE))
     named = solved(task.cell)
     table = solved(with_arm(task, robot=puma_by_table()))
@@ -259,7 +259,7 @@ def test_the_sources_arm_by_table_and_by_name_stands_in_the_same_place():
 
 
 @pytest.mark.parametrize(("name", "endless"), [("gen3", [0, 2, 4, 6]), ("ur3e", [5]), ("j2s6s300", [0, 3, 5])])
-def test_endless_joints_have_no_margin_no_weight_and_no_jumps(name, endless):
+def test_endless_joints_have_no_margin_no_weight_and_no_jumps(name: str, endless: list[int]) -> None:
     task = possible(name, np.random.default_rng(11), poses=4, half=(0.2, 0.2, 0.0, FREE), step=0.08)
     (placement,) = solved(task.cell).placements
     assert np.flatnonzero(np.isinf(placement.joint_margins)).tolist() == endless
@@ -268,7 +268,7 @@ def test_endless_joints_have_no_margin_no_weight_and_no_jumps(name, endless):
     assert np.isfinite(placement.minimum_margin)
 
 
-def test_a_tool_and_a_grasp_are_taken_into_account():
+def test_a_tool_and_a_grasp_are_taken_into_account() -> None:
     """A longer tool brings the base away from the part: the same layout as with the part moved."""
     tool = transform(rotation_x(0.3), [0.0, 0.05, 0.2])
     task = possible("ur5e", np.random.default_rng(15), tool=tool, grasp=transform(np.eye(3), [0.1, 0, 0]))

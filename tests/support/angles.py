@@ -18,7 +18,7 @@ def wrapped(angle: ArrayLike) -> Floats:
     return result
 
 
-def same_set(first: np.ndarray, second: np.ndarray, tolerance: float) -> bool:
+def same_set(first: Floats, second: Floats, tolerance: float) -> bool:
     """True if two lists (k, n) hold the same joint values modulo 2π, each once."""
     if first.shape != second.shape:
         return False

@@ -135,12 +135,17 @@ def cpu_time(pid: int) -> int:
     return int(fields[11]) + int(fields[12]) if fields else 0
 
 
-def has(client: Any, location: str, field: str, wanted: Any) -> Callable[[], bool]:
+def has(client: httpx2.Client, location: str, field: str, wanted: object) -> Callable[[], bool]:
     """Whether a field of a resource has the value that is wanted; something to wait for with `until`."""
-    return lambda: client.get(location).json()[field] == wanted
+    return lambda: bool(client.get(location).json()[field] == wanted)
 
 
-def until(condition: Any, seconds: float = 60.0, what: str = "it") -> None:
+def state_of(client: httpx2.Client, location: str) -> str:
+    """The state of a job."""
+    return str(client.get(location).json()["status"])
+
+
+def until(condition: Callable[[], object], seconds: float = 60.0, what: str = "it") -> None:
     """Return when a condition holds."""
     ends = time.monotonic() + seconds
     while not condition():

@@ -9,7 +9,7 @@ import numpy as np
 
 from duocell.models.base.arrays import Bools, Floats, Ints
 from duocell.models.robot.arm import TURN
-from duocell.models.robot.posture import ALL_SIGNS
+from duocell.models.robot.posture import ALL_SIGNS, signs_from
 from duocell.optimizer.coupled.candidates.followed import FollowedProblem
 from duocell.optimizer.coupled.candidates.unknowns import Samples
 from duocell.optimizer.monitoring.watch import check_stop
@@ -73,8 +73,7 @@ class Placements:
 
     def point(self, row: int) -> ArmSolution:
         """One of them."""
-        a, b, c = map(int, self.signs[row])
-        return ArmSolution(self.positions[row], float(self.yaws[row]), self.joints[row], (a, b, c))
+        return ArmSolution(self.positions[row], float(self.yaws[row]), self.joints[row], signs_from(self.signs[row]))
 
     def turns(self, problem: ReducedProblem) -> Floats:
         """(N, 2) rad, by how much a base may turn under its arm at least and at most."""

@@ -13,7 +13,7 @@ import numpy as np
 from duocell.models.base.arrays import Floats, Ints
 from duocell.models.cell.cell import Cell
 from duocell.models.robot.arm import Arm
-from duocell.models.robot.posture import ALL_SIGNS
+from duocell.models.robot.posture import ALL_SIGNS, Signs
 from duocell.optimizer.monitoring.watch import check_stop
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.reduction.box import search_box, spread
@@ -73,7 +73,7 @@ class Pool:
 
     def representatives(self, count: int) -> list[Member]:
         """The best usable paths of every posture, ``count`` of each."""
-        taken: dict[tuple[int, int, int] | None, int] = {}
+        taken: dict[Signs | None, int] = {}
         kept = []
         for member in self.usable:
             taken[member.point.signs] = taken.get(member.point.signs, 0) + 1
@@ -148,7 +148,7 @@ class _SpreadMembers:
     def __init__(self, apart: float) -> None:
         self._apart = apart
         self.members: list[Member] = []
-        self._places: dict[tuple[int, int, int] | None, list[tuple[list[float], bool]]] = {}
+        self._places: dict[Signs | None, list[tuple[list[float], bool]]] = {}
 
     def add(self, member: Member) -> None:
         """Take one in."""

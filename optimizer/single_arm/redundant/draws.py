@@ -13,6 +13,7 @@ from duocell.models.base.sampling import even_points
 from duocell.models.kinematics.branches import signs_of
 from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.robot.arm import TURN
+from duocell.models.robot.posture import signs_from
 from duocell.optimizer.single_arm.redundant.key_poses import METRES_PER_RADIAN
 from duocell.optimizer.single_arm.redundant.unreduced_problem import UnreducedProblem
 
@@ -32,7 +33,7 @@ def drawn_postures(problem: UnreducedProblem, count: int, seed: int) -> Floats:
     form = closed_form(problem.arm.robot)
     if form is None or problem.arm.posture.free:
         return q
-    return q[:, [problem.arm.posture.admits((int(s), int(e), int(w))) for s, e, w in signs_of(form, q.T)]]
+    return q[:, [problem.arm.posture.admits(signs_from(signs)) for signs in signs_of(form, q.T)]]
 
 
 def draw_seeds(problem: UnreducedProblem, pose: int, count: int, drawn: int, seed: int) -> tuple[Floats, Floats]:

@@ -10,8 +10,10 @@ import pytest
 from bench.judges.dense_check import dense_check
 from bench.judges.dense_path import object_steps
 from bench.judges.dense_rules import coupling_excess, floor_gap, region_excess
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import rotation_z, transform
-from duocell.models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.cell.cell import Cell
+from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
 from duocell.models.cell.floor import Floor, Footprint
 from duocell.models.cell.surroundings import Clearances, Pedestal
 from duocell.models.cell.surroundings import Equipment as Brings
@@ -21,21 +23,21 @@ from duocell.models.geometry.shapes import Body, Capsule
 from duocell.models.robot.arm import BaseRegion, Interval
 from duocell.optimizer.clearance.clearance import check_clearance
 from tests.support.given.arms import make_arm
-from tests.support.given.cells import beam_pair, random_obstacles
+from tests.support.given.cells import Scene, beam_pair, random_obstacles
 
 ONLY_POSES = 1e3, 1e3
 """Steps that are longer than any path: nothing but the poses is looked at."""
 ANYWHERE = BaseRegion(Interval(-9.0, 9.0), Interval(-9.0, 9.0), Interval(-9.0, 9.0))
 
 
-def standing(scene):
+def standing(scene: Scene) -> tuple[Cell, Floats]:
     """A scene as what the judge asks for: a cell whose bases may stand anywhere, and x, y, z, yaw of each base."""
     arms = tuple(replace(arm, base=ANYWHERE) for arm in scene.cell.arms)
     cell = replace(scene.cell, arms=arms, surroundings=scene.surroundings)
     return cell, np.array([[*base[:3, 3], np.arctan2(base[1, 0], base[0, 0])] for base in scene.bases])
 
 
-def test_a_thin_rod_between_two_poses_is_found():
+def test_a_thin_rod_between_two_poses_is_found() -> None:
     bare = beam_pair(count=3, shift=(0.0, -0.2, 0.0), clearances=Clearances(part_obstacle=0.002))
     cell, stands = standing(bare)
     assert dense_check(cell, stands, bare.joints, *ONLY_POSES).clean
@@ -57,7 +59,7 @@ def test_a_thin_rod_between_two_poses_is_found():
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_it_agrees_with_the_check_that_duocell_makes(seed):
+def test_it_agrees_with_the_check_that_duocell_makes(seed: int) -> None:
     rng = np.random.default_rng(seed)
     things = random_obstacles(rng, 6, (-1.0, 0.2, 0.1), (1.0, 1.4, 1.5))
     scene = beam_pair(count=4, shift=(0.15, 0.0, 0.05), obstacles=things)
@@ -86,7 +88,7 @@ def test_it_agrees_with_the_check_that_duocell_makes(seed):
     assert not dense.lost
 
 
-def test_another_branch_between_two_poses_is_seen():
+def test_another_branch_between_two_poses_is_seen() -> None:
     scene = beam_pair(count=3, shift=(0.2, 0.0, 0.0))
     cell, stands = standing(scene)
     joints = [q.copy() for q in scene.joints]
@@ -98,7 +100,7 @@ def test_another_branch_between_two_poses_is_seen():
     assert not verdict.clean
 
 
-def test_limits_poses_and_conditioning_are_held_against_the_cell():
+def test_limits_poses_and_conditioning_are_held_against_the_cell() -> None:
     scene = beam_pair(count=3, shift=(0.2, 0.0, 0.0))
     cell, stands = standing(scene)
     assert dense_check(cell, stands, scene.joints, 0.05, 0.2).clean
@@ -113,7 +115,7 @@ def test_limits_poses_and_conditioning_are_held_against_the_cell():
     assert 0.0 < dense_check(picky, stands, scene.joints, 0.05, 0.2).conditioning_violation < 0.9
 
 
-def test_steps_of_the_object_are_short_and_end_at_the_poses():
+def test_steps_of_the_object_are_short_and_end_at_the_poses() -> None:
     poses = np.array([transform(rotation_z(yaw), [x, 0.0, 0.0]) for yaw, x in ((0.0, 0.0), (0.4, 0.1), (0.4, 0.1))])
     steps = object_steps(poses, 0.02, 0.05)
     shifts = np.linalg.norm(np.diff(steps.poses[:, :3, 3], axis=0), axis=1)
@@ -137,7 +139,7 @@ TIES = [
 ]
 
 
-def obedient(tie, rng):
+def obedient(tie: Coupling, rng: np.random.Generator) -> Floats:
     """Random stands that obey a coupling."""
     stands = rng.uniform(-1.0, 1.0, (2, 4))
     stands[1, 2] = stands[0, 2]
@@ -155,7 +157,7 @@ def obedient(tie, rng):
 
 
 @pytest.mark.parametrize("tie", TIES, ids=lambda tie: tie.kind)
-def test_couplings_are_read_as_the_models_read_them(tie):
+def test_couplings_are_read_as_the_models_read_them(tie: Coupling) -> None:
     rng = np.random.default_rng(5)
     for _ in range(20):
         stands = obedient(tie, rng)
@@ -163,21 +165,25 @@ def test_couplings_are_read_as_the_models_read_them(tie):
         for off in (*np.eye(4) * 0.6, rng.normal(0.0, 0.2, 4)):
             moved = stands.copy()
             moved[1] += off
-            rows = tie.rows(moved)
+            rows = tie.rows(list(moved))
             values = np.array([float(value) for value in rows.values])
             outside = np.max(np.maximum(np.array(rows.lower) - values, values - np.array(rows.upper)))
             assert (coupling_excess(tie, moved) > 1e-6) == (outside > 1e-6)
 
 
-def test_a_base_on_the_wrong_side_breaks_its_direction():
+def test_a_base_on_the_wrong_side_breaks_its_direction() -> None:
     assert coupling_excess(Direction((0, 1), 0.0), np.array([[0.0] * 4, [-1.0, 0.0, 0.0, 0.0]])) == pytest.approx(2.0)
 
 
-def test_floors_are_read_as_the_models_read_them():
+def test_floors_are_read_as_the_models_read_them() -> None:
     scene = beam_pair(count=2)
     room = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 0.2], [0.2, 0.2], [0.2, 1.0], [-1.0, 1.0]])
     floor = Floor(room, (np.array([[-0.5, -0.5], [0.1, -0.4], [-0.2, 0.0]]),), 0.05)
-    plates = [Footprint.rectangle(0.3, 0.15), Footprint.disc(0.2), Footprint.polygon([[0, 0], [0.3, 0], [0.1, 0.2]])]
+    plates = [
+        Footprint.rectangle(0.3, 0.15),
+        Footprint.disc(0.2),
+        Footprint.polygon([[0.0, 0.0], [0.3, 0.0], [0.1, 0.2]]),
+    ]
     rng = np.random.default_rng(2)
     seen = set()
     for plate in plates:
@@ -197,7 +203,7 @@ def test_floors_are_read_as_the_models_read_them():
     assert floor_gap(scene.cell, 0, np.zeros(4)) == np.inf
 
 
-def test_regions_are_read_as_the_arm_reads_them():
+def test_regions_are_read_as_the_arm_reads_them() -> None:
     region = BaseRegion(Interval(0.0, 1.0), Interval(-1.0, 0.0), Interval(0.3, 0.3), Interval(2.5, 4.0))
     arm = replace(make_arm("ur5e"), base=region)
     assert region_excess(arm, np.array([0.5, -0.5, 0.3, 3.0 - 4.0 * np.pi])) == pytest.approx(0.0, abs=1e-12)

@@ -16,29 +16,31 @@ from bench.judges.exhaustive import exhaustive
 from bench.judges.grid_stands import lattice_of, stands_of
 from bench.judges.inner_balls import Balls, point_distances
 from duocell.models.base.pose import transform
+from duocell.models.cell.cell import Cell
 from duocell.models.cell.coupling import Direction, Mirror, Rail
 from duocell.models.geometry.separation import separation
-from duocell.models.geometry.shapes import Body, Box, ConvexHull, HalfSpace, Sphere
+from duocell.models.geometry.shapes import Body, Box, ConvexHull, HalfSpace, Shape, Sphere
 from duocell.models.robot.arm import Interval
 from duocell.service.requests.convert import cell_of
 from duocell.service.schemas.request import LayoutRequest
 from duocell.service.validation import validate
 from tests.support.given.solids import KINDS, random_shape
+from tests.support.present import present
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 
 
-def cornered(seed: int, side: float):
+def cornered(seed: int, side: float) -> Cell:
     """An open cell whose bases may only stand near the known layout, with the lattice through that layout's corner."""
     real = real_cell(seed)
     arms = []
-    for arm, stand in zip(real.cell.arms, real.known.stands, strict=True):
+    for arm, stand in zip(real.cell.arms, present(real.known).stands, strict=True):
         x, y = (Interval(float(v) - side, float(v) + side) for v in stand[:2])
         arms.append(replace(arm, base=replace(arm.base, x=x, y=y)))
     return replace(real.cell, arms=tuple(arms), couplings=())
 
 
-def test_a_planted_layout_is_found_and_clean():
+def test_a_planted_layout_is_found_and_clean() -> None:
     cell = cornered(91, 0.04)
     found = exhaustive(cell, 30.0, step=0.03)
     assert found.layout is not None
@@ -46,7 +48,7 @@ def test_a_planted_layout_is_found_and_clean():
     assert dense_check(cell, found.layout.stands, list(found.layout.joints)).clean
 
 
-def test_nothing_is_found_where_the_part_cannot_pass_and_the_search_is_through():
+def test_nothing_is_found_where_the_part_cannot_pass_and_the_search_is_through() -> None:
     cell = cornered(91, 0.04)
     poses = cell.task.poses
     post = Body("post", transform(np.eye(3), 0.5 * (poses[0, :3, 3] + poses[1, :3, 3])), Sphere(0.01))
@@ -57,7 +59,7 @@ def test_nothing_is_found_where_the_part_cannot_pass_and_the_search_is_through()
     assert found.pairs == 0
 
 
-def test_nothing_is_found_where_a_base_is_buried():
+def test_nothing_is_found_where_a_base_is_buried() -> None:
     cell = cornered(91, 0.04)
     heap = cell.arms[0].base
     middle = [heap.x.middle, heap.y.middle, heap.z.low + 0.4]
@@ -71,7 +73,7 @@ def test_nothing_is_found_where_a_base_is_buried():
     assert found.working[0] > 0
 
 
-def test_a_mirrored_pair_is_found_on_the_lattice_of_its_plane():
+def test_a_mirrored_pair_is_found_on_the_lattice_of_its_plane() -> None:
     request = json.loads((EXAMPLES / "mirror_cell.json").read_text())
     cell = cell_of(validate(LayoutRequest, request))
     found = exhaustive(cell, 30.0)
@@ -79,7 +81,7 @@ def test_a_mirrored_pair_is_found_on_the_lattice_of_its_plane():
     assert dense_check(cell, found.layout.stands, list(found.layout.joints)).coupling_excess < 1e-6
 
 
-def test_lattices_carry_rails_directions_and_mirrors():
+def test_lattices_carry_rails_directions_and_mirrors() -> None:
     cell = real_cell(91).cell
     for tie in (Rail((0, 1), 0.3, (0.1, 0.2)), Direction((0, 1), -1.0), Mirror((0, 1), (0.2, 0.1), 0.7)):
         lattice = lattice_of(replace(cell, couplings=(tie,)), 0.1)
@@ -93,7 +95,7 @@ def test_lattices_carry_rails_directions_and_mirrors():
         assert len(points) == pytest.approx(area / 0.01, rel=0.15)
 
 
-def test_stands_are_sorted_and_do_the_task():
+def test_stands_are_sorted_and_do_the_task() -> None:
     cell = cornered(91, 0.1)
     stands = stands_of(cell, 0, lattice_of(cell, 0.05))
     assert stands.working >= len(stands) > 0
@@ -107,7 +109,7 @@ def test_stands_are_sorted_and_do_the_task():
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_balls_lie_inside_and_distances_of_points_are_coals(kind):
+def test_balls_lie_inside_and_distances_of_points_are_coals(kind: type[Shape]) -> None:
     rng = np.random.default_rng(7)
     speck = Sphere(1e-6)
     for _ in range(5):

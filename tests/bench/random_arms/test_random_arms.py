@@ -13,10 +13,11 @@ from duocell.optimizer.certificate.certify import certify
 from duocell.optimizer.reduction.box import search_box
 from duocell.optimizer.reduction.reduced import reduced_problem
 from duocell.optimizer.settings import CertificateSettings
+from tests.support.present import present
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_draw_depends_on_kind_and_seed_alone(kind):
+def test_a_draw_depends_on_kind_and_seed_alone(kind: str) -> None:
     one, again, other = draw(kind, 3), draw(kind, 3), draw(kind, 4)
     assert np.array_equal(one.task.poses, again.task.poses)
     assert np.array_equal(one.arms[0].base.bounds, again.arms[0].base.bounds)
@@ -26,16 +27,16 @@ def test_a_draw_depends_on_kind_and_seed_alone(kind):
     assert (one.arms[0].min_conditioning is not None) == (kind in ("conditioning", "way-points"))
 
 
-def test_the_long_search_agrees_with_the_proof():
+def test_the_long_search_agrees_with_the_proof() -> None:
     cell = draw("random", 0)
-    problem = reduced_problem(cell, cell.arms[0])
+    problem = present(reduced_problem(cell, cell.arms[0]))
     proof = certify(problem, None, CertificateSettings(gap=1e-3, time_limit=60.0))
     found = long_search(problem, search_box(cell, cell.arms[0]), 0, 1)
     assert proof.proved
-    assert proof.lower_bound <= found <= (1.0 + 1e-3) * proof.objective
+    assert present(proof.lower_bound) <= found <= (1.0 + 1e-3) * present(proof.objective)
 
 
-def test_the_table_tells_misses_from_refusals():
+def test_the_table_tells_misses_from_refusals() -> None:
     known = Known(10.0, 9.99, False, "proof")
     trials = [
         Trial("thin", k, "ur10e", objective, False, 0.1, 2, known) for k, objective in enumerate((10.0, 11.0, None))

@@ -10,6 +10,7 @@ import pytest
 
 from bench.searches.own_stands import conditioning, own_stands, own_task
 from bench.trials.coupled_tasks import coupled_task
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import inverse
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import Task
@@ -44,7 +45,7 @@ def test_paths_and_cost(which: int) -> None:
         assert found.objective[branch, k] <= _best_by_scan(cell, q, yaw) * (1.0 + 1e-9) + 1e-9
 
 
-def _best_by_scan(cell: Cell, joints: np.ndarray, yaw: float) -> float:
+def _best_by_scan(cell: Cell, joints: Floats, yaw: float) -> float:
     """Least cost of the same postures over hundreds of yaws and all whole turns of joint 1."""
     arm = cell.arms[0]
     sense = np.sign(arm.robot.joint_placements[0][2, :3] @ arm.robot.joint_axes[0])

@@ -3,31 +3,32 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from bench.draws.cells import real_cell
 from bench.draws.known_cells import BEAM, DOOR, numbered_cell
 from bench.soundness.proved_share import attempt, known_objective, limits, summary, verdict
-from bench.trials.trial import Answer
+from bench.trials.trial import Answer, Record
 
 
-def record(name="cell 01", **values):
+def record(name: str = "cell 01", **values: object) -> Record:
     empty = {"kind": "open", "word": "optimal", "objective": 2.0, "known": 3.0, "bound": 1.99, "gap": 0.005, "boxes": 7}
     times = {"cpu": 2.0, "search_cpu": 1.5, "proof_cpu": 0.5, "ended": True, "alone": [1.0, 0.5], "notes": []}
     return {"name": name, "faults": [], "ties": [], "detail": ""} | empty | times | values
 
 
-def test_cells_have_numbers():
+def test_cells_have_numbers() -> None:
     assert numbered_cell(7) is real_cell(7)
     assert [numbered_cell(n).name for n in (BEAM, DOOR)] == ["beam cell", "door cell"]
     assert [arm.robot.name for arm in numbered_cell(DOOR).cell.arms] == ["ur10e", "ur10e"]
 
 
-def test_a_blocked_cell_is_refused():
+def test_a_blocked_cell_is_refused() -> None:
     found = attempt(numbered_cell(53), limit=20.0)
     assert (found["word"], found["known"], verdict(found)) == ("infeasible", None, "")
 
 
-def test_the_drawn_layout_speaks_against_a_no(monkeypatch):
+def test_the_drawn_layout_speaks_against_a_no(monkeypatch: pytest.MonkeyPatch) -> None:
     no = Answer("infeasible", None, 1.0, 1.0, None, "", None)
     monkeypatch.setattr("bench.soundness.proved_share.ask", lambda cell, settings: no)
     real = real_cell(79)
@@ -40,7 +41,7 @@ def test_the_drawn_layout_speaks_against_a_no(monkeypatch):
     assert found["known"] == known_objective(real) == sum(drawn)
 
 
-def test_what_is_counted():
+def test_what_is_counted() -> None:
     some = [
         record(),
         record("cell 02", word="feasible", bound=1.6, gap=0.2, ended=False, ties=["rail"]),

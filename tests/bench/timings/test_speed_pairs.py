@@ -7,11 +7,12 @@ import numpy as np
 from bench.comparison.tasks import thesis_line
 from bench.draws.beam import beam_cell
 from bench.timings.speed_pairs import HERE, Compared, compare, summary, with_poses
+from bench.trials.trial import Record
 
 
-def test_this_checkout_against_itself():
+def test_this_checkout_against_itself() -> None:
     task = Compared("arc", lambda: thesis_line(3), lambda: thesis_line(3))
-    noted = []
+    noted: list[Record] = []
     records = compare(HERE, task, 1, noted.append)
     assert noted == records
     assert [record["who"] for record in records] == ["old", "new"]
@@ -20,7 +21,7 @@ def test_this_checkout_against_itself():
     assert all(record["cpu"] > 0.0 for record in records)
 
 
-def test_medians_and_ratios():
+def test_medians_and_ratios() -> None:
     times = [("old", 1.0), ("new", 0.5), ("new", 0.8), ("old", 2.0), ("old", 4.0), ("new", 4.0)]
     records = [
         {
@@ -37,7 +38,7 @@ def test_medians_and_ratios():
     assert "error" in summary([{"task": "x", "pair": 0, "who": "new", "word": "error", "detail": ["why"]}])
 
 
-def test_poses_are_laid_on_the_way():
+def test_poses_are_laid_on_the_way() -> None:
     cell = beam_cell()
     many = with_poses(cell, 1000).task.poses
     assert len(many) == 1000

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from bench.trials.acceptance_search import FOLDER, REFUTED, case, names, wrong
+from bench.kept.kept_requests import FOLDER
+from bench.trials.acceptance_search import REFUTED, case, names, wrong
 from bench.trials.trial import ask
 
 QUICK = (

@@ -14,14 +14,14 @@ from duocell.optimizer.settings import Settings
 from duocell.optimizer.single_arm.search import search_arm
 
 
-def test_every_robot_without_reduction_is_drawn():
+def test_every_robot_without_reduction_is_drawn() -> None:
     limited, endless = arms_without_reduction(False), arms_without_reduction(True)
     assert {"iiwa14", "franka_panda", "xarm7", "rizon4", "kassow_kr810"} <= set(limited)
     assert {"gen3", "jaco2"} <= set(endless)
     assert not set(limited) & set(endless)
 
 
-def test_an_answer_is_usable_and_a_broken_one_is_not():
+def test_an_answer_is_usable_and_a_broken_one_is_not() -> None:
     cell = drawn_cell(draw_of("redundant arms", 13), "iiwa14")
     arm = cell.arms[0]
     search = search_arm(cell, arm, Settings(), time.perf_counter() + 600.0)
@@ -33,7 +33,7 @@ def test_an_answer_is_usable_and_a_broken_one_is_not():
     assert objective_if_usable(cell, arm, best.position + np.array([5.0, 0.0, 0.0]), best.yaw, best.joints) == np.inf
 
 
-def test_dwells_and_slopes_are_drawn():
+def test_dwells_and_slopes_are_drawn() -> None:
     dwell = drawn_cell(draw_of("redundant arms dwell", 0), "iiwa14", "dwell")
     assert len(dwell.task) > 200
     few, rows = with_few_poses(dwell)
@@ -44,7 +44,7 @@ def test_dwells_and_slopes_are_drawn():
     assert not tilted.arms[0].upright
 
 
-def test_a_miss_is_told():
+def test_a_miss_is_told() -> None:
     record = {"seed": 1, "robot": "r", "poses": 3, "objective": 2.0, "known": 1.0, "cpu": 0.1, "judged": 1.0}
     assert line_of(record).endswith("MISS")
     assert "MISS" not in line_of(record | {"objective": 1.0005})

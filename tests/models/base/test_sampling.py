@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from duocell.models.base.arrays import Floats
 from duocell.models.base.sampling import even_points
 
 
@@ -27,7 +28,7 @@ def test_points_are_more_even_than_chance(dimension: int, count: int) -> None:
     """In every coordinate, and the largest gap in space is smaller than that of independent draws."""
     probes = np.random.default_rng(99).random((400, dimension))
 
-    def gap(points: np.ndarray) -> float:
+    def gap(points: Floats) -> float:
         return float(np.linalg.norm(probes[:, None] - points[None], axis=-1).min(axis=1).max())
 
     even, chance = [], []

@@ -21,9 +21,10 @@ AXES = st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda v: np.linalg.norm(v)
 COUNTS = st.integers(2, 40)
 START = transform(np.eye(3), [1.0, 0.0, 0.5])
 END = transform(rotation_about((0.0, 0.0, 1.0), 1.0), [0.0, 1.0, 0.5])
+Vector = tuple[float, float, float]
 
 
-def posed(point: tuple[float, float, float], angles: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Floats:
+def posed(point: Vector, angles: Vector = (0.0, 0.0, 0.0)) -> Floats:
     return transform(rotation_from_rpy(angles), point)
 
 
@@ -38,10 +39,10 @@ def turns(task: Task) -> Floats:
 
 @given(POINTS, ANGLES, POINTS, ANGLES, COUNTS)
 def test_line_is_straight_even_and_ends_where_it_should(
-    a: tuple[float, float, float],
-    u: tuple[float, float, float],
-    b: tuple[float, float, float],
-    v: tuple[float, float, float],
+    a: Vector,
+    u: Vector,
+    b: Vector,
+    v: Vector,
     count: int,
 ) -> None:
     start, end = posed(a, u), posed(b, v)
@@ -53,14 +54,19 @@ def test_line_is_straight_even_and_ends_where_it_should(
     assert np.allclose(turns(task), rotation_angle(start[:3, :3].T @ end[:3, :3]) / (count - 1), rtol=0.0, atol=1e-9)
 
 
-@given(POINTS, AXES, st.floats(0.01, 3.0), st.floats(0.01, 3.1), COUNTS)
-def test_arc_about_a_center_stays_on_its_circle(
-    center: tuple[float, float, float], axis: tuple[float, float, float], radius: float, angle: float, count: int
-) -> None:
+def ends_of_arc(center: Vector, axis: Vector, radius: float, angle: float) -> tuple[Floats, Floats, Floats]:
+    """From the centre to the start, and the poses at both ends."""
     across = np.cross(axis, [0.3, -0.2, 0.9] if abs(axis[0]) > 0.05 else [1.0, 0.0, 0.0])
     spoke = radius * across / np.linalg.norm(across)
     start = transform(np.eye(3), np.add(center, spoke))
-    end = transform(np.eye(3), center + rotation_about(axis, angle) @ spoke)
+    return spoke, start, transform(np.eye(3), center + rotation_about(axis, angle) @ spoke)
+
+
+@given(POINTS, AXES, st.floats(0.01, 3.0), st.floats(0.01, 3.1), COUNTS)
+def test_arc_about_a_center_stays_on_its_circle(
+    center: Vector, axis: Vector, radius: float, angle: float, count: int
+) -> None:
+    spoke, start, end = ends_of_arc(center, axis, radius, angle)
     task = arc_through_center(start, end, center, count)
     spokes = task.poses[:, :3, 3] - center
     fractions = np.linspace(0.0, 1.0, count)
@@ -69,12 +75,9 @@ def test_arc_about_a_center_stays_on_its_circle(
 
 @given(POINTS, AXES, st.floats(0.01, 3.0), st.floats(0.02, pi), COUNTS)
 def test_arc_about_a_normal_is_counter_clockwise(
-    center: tuple[float, float, float], axis: tuple[float, float, float], radius: float, angle: float, count: int
+    center: Vector, axis: Vector, radius: float, angle: float, count: int
 ) -> None:
-    across = np.cross(axis, [0.3, -0.2, 0.9] if abs(axis[0]) > 0.05 else [1.0, 0.0, 0.0])
-    spoke = radius * across / np.linalg.norm(across)
-    start = transform(np.eye(3), np.add(center, spoke))
-    end = transform(np.eye(3), center + rotation_about(axis, angle) @ spoke)
+    spoke, start, end = ends_of_arc(center, axis, radius, angle)
     task = arc_about_normal(start, end, radius, axis, count)
     fractions = np.linspace(0.0, 1.0, count)
     expected = center + rotation_about(axis, angle * fractions) @ spoke

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import rotation_x, rotation_z, transform
 from duocell.models.cell.floor import Footprint
 from duocell.models.cell.surroundings import Clearances, Equipment, PairClass, Pedestal, Surroundings
@@ -20,7 +21,7 @@ LYING, LEANING, STEEP = rotation_x(np.pi / 2), rotation_x(0.6), rotation_x(1.2)
 FRUSTUM = np.array([[x * s, y * s, z] for z, s in ((-0.5, 1.0), (0.5, 0.3)) for x in (-1, 1) for y in (-1, 1)])
 
 
-def body(shape: Shape, z: float, turned: np.ndarray | None = None) -> Body:
+def body(shape: Shape, z: float, turned: Floats | None = None) -> Body:
     return Body("body", transform(np.eye(3) if turned is None else turned, [0.0, 0.0, z]), shape)
 
 

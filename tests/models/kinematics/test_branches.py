@@ -16,10 +16,10 @@ from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import rotation_angle
 from duocell.models.catalogue import catalogue
 from duocell.models.catalogue.dh import DhRow, robot_from_dh
-from duocell.models.kinematics.branches import posture_terms, signs_of, solve_branches, solve_signed
+from duocell.models.kinematics.branches import posture_of, posture_terms, signs_of, solve_branches, solve_signed
 from duocell.models.kinematics.inverse import REACHED
 from duocell.models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
-from duocell.models.robot.posture import ALL_SIGNS
+from duocell.models.robot.posture import ALL_SIGNS, Signs
 from duocell.models.robot.robot import Robot
 from tests.support.angles import same_set, wrapped
 from tests.support.given.arms import form_of, random_joints
@@ -35,7 +35,7 @@ def tolerance(name: str) -> float:
     return 1e-6 if name in ROUNDED else 1e-9
 
 
-def solved(robot: Robot, poses: np.ndarray) -> tuple[Floats, Floats, Floats]:
+def solved(robot: Robot, poses: Floats) -> tuple[Floats, Floats, Floats]:
     """Joints (8, m, 6), missing (8, m), FK of every branch (8, m, 4, 4)."""
     found = solve_branches(form_of(robot), poses[:, :3, :3], poses[:, :3, 3])
     joints = np.moveaxis(found.joints, 0, -1)
@@ -43,7 +43,7 @@ def solved(robot: Robot, poses: np.ndarray) -> tuple[Floats, Floats, Floats]:
 
 
 @cache
-def poses_of(name: str) -> np.ndarray:
+def poses_of(name: str) -> Floats:
     """Flange poses in the base frame: reachable ones, and others turned and moved out of or into the workspace."""
     robot, rng = catalogue.robot(name), np.random.default_rng(11)
     poses = flange_poses(robot, rng.uniform(-pi, pi, (24, 6)))
@@ -131,7 +131,7 @@ def test_batches_of_bases_are_solved_like_one_base_after_the_other() -> None:
 
 
 @pytest.mark.parametrize("signs", ALL_SIGNS)
-def test_postures_of_the_puma_are_those_of_the_source(signs: tuple[int, int, int]) -> None:
+def test_postures_of_the_puma_are_those_of_the_source(signs: Signs) -> None:
     """(s, e, f) of the source's formulas: left s = +1, down e = +1, flip θ5 < 0."""
     robot = catalogue.robot("puma560")
     poses = flange_poses(robot, np.random.default_rng(5).uniform(-pi, pi, (50, 6)))
@@ -220,6 +220,6 @@ def test_random_arms_of_both_classes_find_the_joints_they_were_posed_with(robot:
     there = missing < REACHED
     assert np.abs(reached - poses)[there].max() < 1e-8
     for j, own in enumerate(q):
-        k = ALL_SIGNS.index(tuple(int(s) for s in signs_of(form, own)))
+        k = ALL_SIGNS.index(posture_of(form, own))
         assert missing[k, j] < REACHED
         assert np.abs(wrapped(joints[k, j] - own)).max() < 1e-6

@@ -17,7 +17,7 @@ from duocell.models.kinematics.chain import chain_of, meeting_point, parallel
 from duocell.models.kinematics.kinematics import flange_poses
 
 
-def screw(axis: Floats, point: Floats) -> np.ndarray:
+def screw(axis: Floats, point: Floats) -> Floats:
     """(4, 4) twist of a unit rotation about a line."""
     cross = np.cross(axis, np.eye(3)).T
     twist = np.zeros((4, 4))

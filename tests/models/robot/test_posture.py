@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from itertools import product
-from typing import Literal
 
 import pytest
 
-from duocell.models.robot.posture import ALL_SIGNS, ELBOW, SHOULDER, WRIST, Posture, name_signs
+from duocell.models.robot.posture import ALL_SIGNS, ELBOW, SHOULDER, WRIST, Posture, Sign, Signs, name_signs
 
-Want = Literal[1, -1] | None
+Want = Sign | None
 WANTS: tuple[Want, ...] = (None, 1, -1)
 
 
@@ -31,7 +30,7 @@ def test_a_posture_admits_what_agrees_with_every_sign_that_is_set(
 
 
 @pytest.mark.parametrize("signs", ALL_SIGNS)
-def test_names_go_there_and_back(signs: tuple[int, int, int]) -> None:
+def test_names_go_there_and_back(signs: Signs) -> None:
     words = name_signs(signs)
     assert list(words) == ["shoulder", "elbow", "wrist"]
     assert (SHOULDER[words["shoulder"]], ELBOW[words["elbow"]], WRIST[words["wrist"]]) == signs

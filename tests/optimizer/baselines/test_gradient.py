@@ -1,13 +1,15 @@
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given, reject, settings
 from hypothesis import strategies as st
 
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import inverse, rotation_z, transform
 from duocell.models.kinematics.kinematics import flange_poses
-from duocell.models.robot.posture import ALL_SIGNS
+from duocell.models.robot.posture import ALL_SIGNS, Signs
 from duocell.optimizer.baselines.gradient import Followed, PostureFunction, paths_at
 from tests.support.given.problems import PROBLEMS, STEP, names, near, postures
+from tests.support.present import present
 
 
 def _neighbours(function: PostureFunction, path: Followed) -> list[tuple[Followed, Followed]] | None:
@@ -21,40 +23,42 @@ def _neighbours(function: PostureFunction, path: Followed) -> list[tuple[Followe
     return pairs
 
 
-def _well_inside(function: PostureFunction, path: Followed) -> bool:
+def _path_well_inside(function: PostureFunction, placement: Floats) -> Followed:
     """Finite differences need smoothness over the step: away from stretched arms and straight wrists."""
+    path = function.begin(placement)
+    if path is None or path.reach.values.max() >= -0.01:
+        reject()
     bend = np.abs(np.sin(path.joints[:, 4] - function.problem.form.wrist_zero)).min()
-    return bool(path.reach.values.max() < -0.01 and bend > 0.05)
+    assume(bend > 0.05)
+    return path
 
 
 @given(name=names, signs=postures, placement=near)
 @settings(max_examples=150, deadline=None)
-def test_gradient_of_e_is_that_of_finite_differences(name, signs, placement):
+def test_gradient_of_e_is_that_of_finite_differences(name: str, signs: Signs, placement: Floats) -> None:
     function = PostureFunction(PROBLEMS[name], signs)
-    path = function.begin(placement)
-    assume(path is not None and _well_inside(function, path))
+    path = _path_well_inside(function, placement)
     pairs = _neighbours(function, path)
     assert pairs is not None
     numeric = [(function.objective(a) - function.objective(b)) / (2.0 * STEP) for a, b in pairs]
-    gradient = function.pull_back(path, function.objective_slope(path))
+    gradient = present(function.pull_back(path, function.objective_slope(path)))
     assert gradient == pytest.approx(numeric, rel=1e-4, abs=1e-4 * (1.0 + np.abs(gradient).max()))
 
 
 @given(name=names, signs=postures, placement=near, seed=st.integers(0, 1000))
 @settings(max_examples=60, deadline=None)
-def test_any_function_of_the_joints_is_pulled_back(name, signs, placement, seed):
+def test_any_function_of_the_joints_is_pulled_back(name: str, signs: Signs, placement: Floats, seed: int) -> None:
     function = PostureFunction(PROBLEMS[name], signs)
-    path = function.begin(placement)
-    assume(path is not None and _well_inside(function, path))
+    path = _path_well_inside(function, placement)
     weights = np.random.default_rng(seed).normal(size=path.joints.shape)
     pairs = _neighbours(function, path)
     assert pairs is not None
     numeric = [float(np.sum(weights * (a.joints - b.joints))) / (2.0 * STEP) for a, b in pairs]
-    gradient = function.pull_back(path, weights)
+    gradient = present(function.pull_back(path, weights))
     assert gradient == pytest.approx(numeric, rel=1e-4, abs=1e-4 * (1.0 + np.abs(gradient).max()))
 
 
-def test_yaw_moves_joint_one_alone():
+def test_yaw_moves_joint_one_alone() -> None:
     problem = PROBLEMS["puma560"]
     function = PostureFunction(problem, (1, -1, -1))
     path = function.begin(np.array([0.3, -0.2, 0.0, 1.0]))
@@ -65,7 +69,7 @@ def test_yaw_moves_joint_one_alone():
     assert turned.joints[:, 1:] == pytest.approx(path.joints[:, 1:])
 
 
-def test_followed_paths_take_the_poses_and_stay_close():
+def test_followed_paths_take_the_poses_and_stay_close() -> None:
     problem = PROBLEMS["ur5e"]
     function = PostureFunction(problem, (1, -1, 1))
     path = function.begin(np.array([0.1, -0.2, 0.0, 0.4]))
@@ -81,7 +85,7 @@ def test_followed_paths_take_the_poses_and_stay_close():
     assert flange_poses(problem.arm.robot, path.joints) == pytest.approx(wanted, abs=1e-9)
 
 
-def test_a_path_begins_with_the_lifts_of_the_evaluator_at_that_yaw():
+def test_a_path_begins_with_the_lifts_of_the_evaluator_at_that_yaw() -> None:
     problem = PROBLEMS["ur5e"]
     placement = np.array([0.1, -0.2, 0.0, 2.0])
     paths = paths_at(problem, placement)
@@ -91,7 +95,7 @@ def test_a_path_begins_with_the_lifts_of_the_evaluator_at_that_yaw():
     assert PostureFunction(problem, (1, -1, 1)).objective(path) == pytest.approx(paths.objective[index, 0])
 
 
-def test_a_base_out_of_reach_has_no_path():
+def test_a_base_out_of_reach_has_no_path() -> None:
     function = PostureFunction(PROBLEMS["puma560"], (1, -1, -1))
     path = function.begin(np.array([0.3, -0.2, 0.0, 1.0]))
     assert path is not None

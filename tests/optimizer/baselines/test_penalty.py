@@ -18,6 +18,7 @@ from duocell.optimizer.reduction.reduced import evaluate, reduced_problem
 from duocell.optimizer.results.layout import Baseline
 from duocell.optimizer.settings import Settings
 from tests.support.given.thesis import BEST_KNOWN, CELLS, LOWER_BOUNDS, MAIN_GRASP
+from tests.support.present import present
 
 
 @cache
@@ -27,33 +28,34 @@ def _baseline(name: str, method: str) -> Baseline:
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", CELLS)
-def test_results_respect_the_proved_bounds_and_the_reduced_evaluator(name, method):
+def test_results_respect_the_proved_bounds_and_the_reduced_evaluator(name: str, method: str) -> None:
     cell, baseline = CELLS[name], _baseline(name, method)
     assert baseline.feasible
     assert [arm.arm for arm in baseline.arms] == ["main", "follower"]
-    assert baseline.objective == pytest.approx(sum(arm.objective for arm in baseline.arms))
+    assert baseline.objective == pytest.approx(sum(present(arm.objective) for arm in baseline.arms))
     for arm, result, bound in zip(cell.arms, baseline.arms, LOWER_BOUNDS[name], strict=True):
-        problem = reduced_problem(cell, arm)
+        problem = present(reduced_problem(cell, arm))
         index = next(k for k, signs in enumerate(ALL_SIGNS) if name_signs(signs) == result.posture)
         there = paths_at(problem, np.array([*result.position, result.yaw]))
         assert result.feasible
         assert there.violation[index, 0] <= 1e-8
         assert there.objective[index, 0] == pytest.approx(result.objective, rel=1e-9)
-        assert result.objective >= bound
+        assert present(result.objective) >= bound
         free = evaluate(problem, result.position[None])
-        assert free.objective[index, 0] <= result.objective + 1e-9  # the best yaw is no worse than the found one
+        # the best yaw is no worse than the found one
+        assert free.objective[index, 0] <= present(result.objective) + 1e-9
         assert arm.base.x.low <= result.position[0] <= arm.base.x.high
         assert arm.base.y.low <= result.position[1] <= arm.base.y.high
 
 
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", CELLS)
-def test_the_better_assignment_reaches_the_optimum_of_the_acceptance_cases(name, method):
+def test_the_better_assignment_reaches_the_optimum_of_the_acceptance_cases(name: str, method: str) -> None:
     assert _baseline(name, method).objective == pytest.approx(BEST_KNOWN[name], rel=1e-4)
 
 
 @pytest.mark.parametrize("method", ["interior-penalty", "interior-penalty-log"])
-def test_interior_cycles_shrink_their_parameter_and_stay_inside(method):
+def test_interior_cycles_shrink_their_parameter_and_stay_inside(method: str) -> None:
     for name in CELLS:
         for arm in _baseline(name, method).arms:
             cycles = [cycle for cycle in arm.trace if cycle.phase == "interior"]
@@ -62,58 +64,60 @@ def test_interior_cycles_shrink_their_parameter_and_stay_inside(method):
             for before, after in pairwise(cycles):
                 assert after.parameter == pytest.approx(0.3 * before.parameter)
                 # E(x_r) falls with r', the classical property of barrier functions
-                assert after.objective <= before.objective * (1.0 + 1e-6)
+                assert present(after.objective) <= present(before.objective) * (1.0 + 1e-6)
 
 
-def test_inverse_barrier_adds_to_e_and_less_every_cycle():
+def test_inverse_barrier_adds_to_e_and_less_every_cycle() -> None:
     for arm in _baseline("line", "interior-penalty").arms:
-        gaps = [cycle.penalised - cycle.objective for cycle in arm.trace]
+        gaps = [cycle.penalised - present(cycle.objective) for cycle in arm.trace]
         assert all(gap > 0.0 for gap in gaps)
         assert all(after < before for before, after in pairwise(gaps))
 
 
-def test_exterior_cycles_approach_from_outside():
+def test_exterior_cycles_approach_from_outside() -> None:
     """Its E rises and its violation falls as r grows, on an arm whose optimum lies on a limit."""
     cell = CELLS["line"]
     arm = cell.arms[0]
     best = _baseline("line", "exterior-penalty").arms[0]
-    path = PostureFunction(reduced_problem(cell, arm), (1, -1, -1)).begin(np.array([*best.position, best.yaw]))
+    path = present(
+        PostureFunction(present(reduced_problem(cell, arm)), (1, -1, -1)).begin(np.array([*best.position, best.yaw]))
+    )
     joint, limit = 3, float(path.joints[:, 3].max()) - 0.2
     upper = arm.upper.copy()
     upper[joint] = limit
     tight = replace(arm, upper=upper)
-    problem = reduced_problem(Cell(cell.task, (tight,)), tight)
+    problem = present(reduced_problem(Cell(cell.task, (tight,)), tight))
     run = minimise_from(problem, source_start(cell, arm, LEFT), (1, -1, -1), "exterior-penalty")
     assert run.feasible
     assert len(run.trace) >= 3
     assert run.trace[0].worst > 1e-3
     for before, after in pairwise(run.trace):
         assert after.worst <= before.worst + 1e-9
-        assert after.objective >= before.objective - 1e-6
+        assert present(after.objective) >= present(before.objective) - 1e-6
         assert after.parameter == pytest.approx(10.0 * before.parameter)
-    assert run.joints[:, joint].max() == pytest.approx(limit, abs=2e-4)
-    assert run.joints[:, joint].max() <= limit
+    assert present(run.joints)[:, joint].max() == pytest.approx(limit, abs=2e-4)
+    assert present(run.joints)[:, joint].max() <= limit
 
 
-def test_an_infeasible_start_goes_through_the_exterior_phase():
+def test_an_infeasible_start_goes_through_the_exterior_phase() -> None:
     """The source's starts of the arc break joint limits on either side, in every posture."""
     cell = CELLS["arc"]
     for arm in cell.arms:
-        problem = reduced_problem(cell, arm)
+        problem = present(reduced_problem(cell, arm))
         for side in (LEFT, RIGHT):
             start = source_start(cell, arm, side)
             assert (paths_at(problem, start).violation > 0.04).all()
-    for arm in _baseline("arc", "interior-penalty").arms:
-        assert "infeasible start" in arm.note
-        phases = [cycle.phase for cycle in arm.trace]
+    for run in _baseline("arc", "interior-penalty").arms:
+        assert "infeasible start" in run.note
+        phases = [cycle.phase for cycle in run.trace]
         assert phases[0] == "exterior"
         assert phases[-1] == "interior"
         assert phases == sorted(phases)
 
 
-def test_a_start_out_of_reach_goes_through_the_reach_phase():
+def test_a_start_out_of_reach_goes_through_the_reach_phase() -> None:
     cell = CELLS["line"]
-    problem = reduced_problem(cell, cell.arms[0])
+    problem = present(reduced_problem(cell, cell.arms[0]))
     start = np.array([-0.2, 1.6, 0.0, -0.7])
     assert nearest_posture(problem, start) is None
     run = minimise_from(problem, start, None, "interior-penalty")
@@ -121,10 +125,10 @@ def test_a_start_out_of_reach_goes_through_the_reach_phase():
     assert run.trace[0].objective is None
     assert "no inverse-kinematics solution at the start" in run.note
     assert run.feasible
-    assert run.objective >= LOWER_BOUNDS["line"][0]
+    assert present(run.objective) >= LOWER_BOUNDS["line"][0]
 
 
-def test_an_impossible_task_is_reported_and_not_solved():
+def test_an_impossible_task_is_reported_and_not_solved() -> None:
     cell = CELLS["line"]
     poses = np.array(cell.task.poses)
     poses[-1, :3, 3] += [4.0, 0.0, 0.0]  # no base reaches both ends
@@ -136,19 +140,19 @@ def test_an_impossible_task_is_reported_and_not_solved():
         assert all("none" in arm.note and arm.objective is None for arm in baseline.arms)
 
 
-def test_limits_that_no_base_can_keep_end_infeasible():
+def test_limits_that_no_base_can_keep_end_infeasible() -> None:
     cell = CELLS["line"]
     arm = cell.arms[0]
     upper = arm.upper.copy()
     upper[4] = arm.lower[4] + 0.05  # joint 5 may hardly move
     tight = replace(arm, upper=upper)
-    problem = reduced_problem(Cell(cell.task, (tight,)), tight)
+    problem = present(reduced_problem(Cell(cell.task, (tight,)), tight))
     run = minimise_from(problem, source_start(cell, arm, LEFT), None, "interior-penalty")
     assert not run.feasible
     assert "ended infeasible" in run.note
 
 
-def test_arms_without_a_closed_form_get_a_note():
+def test_arms_without_a_closed_form_get_a_note() -> None:
     cell = CELLS["line"]
     iiwa = robot("iiwa14")
     seven = Arm(
@@ -167,12 +171,12 @@ def test_arms_without_a_closed_form_get_a_note():
     assert "seven" in baseline.note
 
 
-def test_fixed_components_stay_and_a_bounded_yaw_is_kept():
+def test_fixed_components_stay_and_a_bounded_yaw_is_kept() -> None:
     cell = CELLS["line"]
     arm = cell.arms[0]
     region = BaseRegion(arm.base.x, Interval(1.0, 1.0), Interval(-0.1, 0.1), Interval(5.0, 5.6))  # -73.5° to -39°
     narrow = replace(arm, base=region)
-    problem = reduced_problem(Cell(cell.task, (narrow,)), narrow)
+    problem = present(reduced_problem(Cell(cell.task, (narrow,)), narrow))
     start = source_start(cell, narrow, LEFT)
     assert start[1] == 1.0
     assert start[2] == 0.0
@@ -184,18 +188,18 @@ def test_fixed_components_stay_and_a_bounded_yaw_is_kept():
     assert 5.0 <= run.placement[3] <= 5.6
 
 
-def test_a_base_that_may_not_move_is_only_judged():
+def test_a_base_that_may_not_move_is_only_judged() -> None:
     cell = CELLS["line"]
     best = _baseline("line", "interior-penalty").arms[0]
     region = BaseRegion(*(Interval(v, v) for v in (*best.position, best.yaw)))
     nailed = replace(cell.arms[0], base=region)
-    problem = reduced_problem(Cell(cell.task, (nailed,)), nailed)
+    problem = present(reduced_problem(Cell(cell.task, (nailed,)), nailed))
     run = minimise_from(problem, source_start(cell, nailed, RIGHT), (1, -1, -1), "interior-penalty")
     assert run.feasible
     assert run.objective == pytest.approx(best.objective)
 
 
-def test_same_input_same_answer():
+def test_same_input_same_answer() -> None:
     again = run_baseline("exterior-penalty", CELLS["line"], Settings())
     for first, second in zip(_baseline("line", "exterior-penalty").arms, again.arms, strict=True):
         assert (first.position == second.position).all()
@@ -203,6 +207,6 @@ def test_same_input_same_answer():
         assert [c.evaluations for c in first.trace] == [c.evaluations for c in second.trace]
 
 
-def test_no_time_means_no_cycles():
+def test_no_time_means_no_cycles() -> None:
     baseline = run_baseline("interior-penalty", CELLS["arc"], Settings(time_limit=0.0))
     assert all(sum(cycle.iterations for cycle in arm.trace) == 0 for arm in baseline.arms)

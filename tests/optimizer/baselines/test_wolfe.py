@@ -1,3 +1,4 @@
+from collections.abc import Callable
 from math import cos, inf, log, sin
 
 import pytest
@@ -9,10 +10,12 @@ from duocell.optimizer.baselines.wolfe import Trial, WolfeSettings, search_line
 RULES = WolfeSettings()
 
 
-def _search(value, slope, first=0.1, longest=100.0):
-    calls = []
+def _search(
+    value: Callable[[float], float], slope: Callable[[float], float], first: float = 0.1, longest: float = 100.0
+) -> tuple[Trial[float] | None, list[float]]:
+    calls: list[float] = []
 
-    def try_step(step):
+    def try_step(step: float) -> Trial[float]:
         calls.append(step)
         return Trial(step, value(step), slope(step), step)
 
@@ -25,11 +28,11 @@ def _search(value, slope, first=0.1, longest=100.0):
     first=st.floats(1e-4, 100.0),
     ripple=st.floats(0.0, 0.8),
 )
-def test_strong_wolfe_conditions_hold(centre, scale, first, ripple):
-    def value(t):
+def test_strong_wolfe_conditions_hold(centre: float, scale: float, first: float, ripple: float) -> None:
+    def value(t: float) -> float:
         return scale * ((t - centre) ** 2 + ripple * centre * sin(t))
 
-    def slope(t):
+    def slope(t: float) -> float:
         return scale * (2.0 * (t - centre) + ripple * centre * cos(t))
 
     found, calls = _search(value, slope, first)
@@ -40,13 +43,13 @@ def test_strong_wolfe_conditions_hold(centre, scale, first, ripple):
 
 
 @given(wall=st.floats(0.01, 10.0), first=st.floats(1e-3, 100.0))
-def test_a_wall_is_backtracked_from(wall, first):
+def test_a_wall_is_backtracked_from(wall: float, first: float) -> None:
     """Falls all the way to a wall behind which the function does not exist."""
 
-    def value(t):
+    def value(t: float) -> float:
         return -t - 1e-3 * log(wall - t) if t < wall else inf
 
-    def slope(t):
+    def slope(t: float) -> float:
         return -1.0 + 1e-3 / (wall - t) if t < wall else inf
 
     found, _ = _search(value, slope, first)
@@ -55,20 +58,20 @@ def test_a_wall_is_backtracked_from(wall, first):
     assert abs(found.slope) <= RULES.curvature * abs(slope(0.0))
 
 
-def test_a_hard_wall_without_a_minimum_still_gives_a_lower_step():
+def test_a_hard_wall_without_a_minimum_still_gives_a_lower_step() -> None:
     found, calls = _search(lambda t: -t if t < 1.0 else inf, lambda t: -1.0)
     assert found is not None
     assert found.step == pytest.approx(1.0, abs=1e-3)
     assert len(calls) <= RULES.trials
 
 
-def test_the_longest_step_ends_a_search_that_keeps_falling():
+def test_the_longest_step_ends_a_search_that_keeps_falling() -> None:
     found, _ = _search(lambda t: -t, lambda t: -1.0, longest=7.0)
     assert found is not None
     assert found.step == 7.0
 
 
-def test_no_step_where_the_slope_lies():
+def test_no_step_where_the_slope_lies() -> None:
     found, calls = _search(lambda t: t, lambda t: -1.0)
     assert found is None
     assert len(calls) <= RULES.trials

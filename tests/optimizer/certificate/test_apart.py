@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import rotation_x
 from duocell.models.catalogue.catalogue import robot
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import Task
 from duocell.models.kinematics.branches import posture_of, posture_terms
-from duocell.models.kinematics.closed_form import ClosedForm, closed_form
+from duocell.models.kinematics.closed_form import ClosedForm
 from duocell.models.kinematics.difference import SAME
 from duocell.models.kinematics.kinematics import flange_poses
 from duocell.models.kinematics.nominal import nominal
@@ -25,7 +26,8 @@ from duocell.optimizer.nlp.measure import objective_of
 from duocell.optimizer.reduction.reduced import reduced_problem
 from duocell.optimizer.single_arm.as_drawn import problem_of_drawing
 from tests.models.kinematics.test_nominal import calibrated
-from tests.support.given.arms import make_arm, region
+from tests.support.given.arms import form_of, make_arm, region
+from tests.support.present import present
 
 TILT = 2e-8
 """rad of joint axes 2 and 4, as files with eight digits have them."""
@@ -39,7 +41,7 @@ def tilted() -> Robot:
     return replace(drawn, name="tilted", joint_axes=axes, flanges=())
 
 
-def stretched(form: ClosedForm, joints: np.ndarray) -> np.ndarray:
+def stretched(form: ClosedForm, joints: Floats) -> Floats:
     """The joints with the elbow all but stretched (of the drawing)."""
 
     def bend(third: float) -> float:
@@ -57,8 +59,7 @@ def test_joints_of_the_meant_arm_are_never_called_impossible(checks: bool) -> No
     meant = nominal(tilted())
     assert meant is not None
     assert meant.negligible
-    form = closed_form(meant.robot)
-    assert form is not None
+    form = form_of(meant.robot)
     denied = 0
     for seed in range(12):
         joints = stretched(form, np.random.default_rng(seed).uniform(-1.0, 1.0, 6))
@@ -67,8 +68,7 @@ def test_joints_of_the_meant_arm_are_never_called_impossible(checks: bool) -> No
         cell = Cell(Task(flange_poses(tilted(), joints[None])), (arm,), np.pi)
         found = []
         for room in (meant.apart, SAME):
-            problem = reduced_problem(cell, arm, room)
-            assert problem is not None
+            problem = present(reduced_problem(cell, arm, room))
             boxes = Boxes(np.zeros((8, 3)), np.zeros((8, 3)), np.arange(8))
             found.append(np.isfinite(BoxBounder.of(problem, checks).bounds(boxes, np.inf).lower).any())
         assert found[0]
@@ -92,8 +92,7 @@ def test_a_calibrated_arm_costs_no_less_than_the_bound_of_its_drawing_where_it_s
         low, high = np.min(joints, axis=0) - room, np.max(joints, axis=0) + room
         arm = make_arm(true, base=region(0.0, 0.0, 0.0, 0.0), lower=low, upper=high, reference=joints[0] + 0.2)
         arm = replace(arm, avoid_singularities=False)
-        form = closed_form(meant.robot)
-        assert form is not None
+        form = form_of(meant.robot)
         if len({posture_of(form, q) for q in joints}) > 1:
             continue
         cell = Cell(Task(flange_poses(true, joints)), (arm,), np.pi)

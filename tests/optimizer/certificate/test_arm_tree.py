@@ -11,12 +11,12 @@ from duocell.optimizer.reduction.reduced import ReducedProblem, reduced_problem
 from duocell.optimizer.settings import CertificateSettings
 from duocell.optimizer.verification.scene import Scene, alone_scene, own_violations
 from duocell.optimizer.verification.verify import check
+from tests.support.present import present
 
 
 def _tree(seed: int, index: int) -> tuple[ArmTree, Scene, ReducedProblem]:
     cell = real_cell(seed).cell
-    problem = reduced_problem(cell, cell.arms[index])
-    assert problem is not None
+    problem = present(reduced_problem(cell, cell.arms[index]))
     scene = Scene.of(cell)
     return ArmTree(scene, index, problem), scene, problem
 

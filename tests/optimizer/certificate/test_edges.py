@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Unpack
 
 import numpy as np
 import pytest
 
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import transform
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.floor import Floor
@@ -15,8 +17,8 @@ from duocell.models.cell.task import Task
 from duocell.models.geometry.shapes import Body, Box
 from duocell.models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
 from duocell.models.kinematics.wrist_singularity import wrist_distance
-from duocell.models.robot.arm import SINGULAR_WRIST, Interval
-from duocell.models.robot.posture import ALL_SIGNS, Posture
+from duocell.models.robot.arm import SINGULAR_WRIST, Arm, Interval
+from duocell.models.robot.posture import ALL_SIGNS, Posture, Signs
 from duocell.optimizer.certificate.cell_proof import prove_cell
 from duocell.optimizer.certificate.certify import certify
 from duocell.optimizer.infeasibility.immediate.immediate import immediate_infeasibility
@@ -26,8 +28,10 @@ from duocell.optimizer.settings import CertificateSettings
 from duocell.optimizer.verification.scene import Scene
 from tests.support.given.arms import make_arm, oblique_wrist, region
 from tests.support.given.blocked import far_box, one_arm
+from tests.support.given.fields import ArmChanges
 from tests.support.given.tasks import way_of_joints
 from tests.support.given.thesis import CELLS
+from tests.support.present import present
 
 KEPT, FAR = 5e-7, 1e-4
 """Of what is asked for: it counts as kept, and it does not."""
@@ -41,17 +45,17 @@ def impossible(problem: ReducedProblem) -> bool:
     return certify(problem, None, CertificateSettings(1e-3, 60.0, 4000)).infeasible
 
 
-def stand(name: str, seed: int, poses: int = 1) -> tuple[ReducedProblem, np.ndarray]:
+def stand(name: str, seed: int, poses: int = 1) -> tuple[ReducedProblem, Floats]:
     """A base that is fixed at the origin and does a task in one posture, and its joints (6, m)."""
     rng = np.random.default_rng([seed, sum(map(ord, name))])
     arm = make_arm(oblique_wrist() if name == "oblique" else name, base=region(0.0, 0.0, 0.0, 0.0))
     return at_joints(arm, way_of_joints(arm, rng, poses, 0.2))
 
 
-def at_joints(arm, joints: np.ndarray) -> tuple[ReducedProblem, np.ndarray]:
+def at_joints(arm: Arm, joints: Floats) -> tuple[ReducedProblem, Floats]:
     arm = replace(arm, avoid_singularities=False)
     cell = Cell(Task(flange_poses(arm.robot, joints)), (arm,), np.pi)
-    problem = reduced_problem(cell, arm)
+    problem = present(reduced_problem(cell, arm))
     assert problem is not None
     found = evaluate(problem, np.zeros((1, 3))).joints[:, :, 0]
     off = np.abs(found - joints.T[:, None])
@@ -59,16 +63,16 @@ def at_joints(arm, joints: np.ndarray) -> tuple[ReducedProblem, np.ndarray]:
     signs = ALL_SIGNS[int(np.argmin(off))]
     assert np.min(off) < 1e-6
     own = replace(arm, posture=Posture(*signs))
-    problem = reduced_problem(Cell(cell.task, (own,), np.pi), own)
+    problem = present(reduced_problem(Cell(cell.task, (own,), np.pi), own))
     assert problem is not None
     return problem, joints.T
 
 
-def changed(problem: ReducedProblem, **given) -> ReducedProblem:
+def changed(problem: ReducedProblem, **given: Unpack[ArmChanges]) -> ReducedProblem:
     return replace(problem, arm=replace(problem.arm, **given))
 
 
-def narrowed(problem: ReducedProblem, joints: np.ndarray, joint: int, missed: float) -> ReducedProblem:
+def narrowed(problem: ReducedProblem, joints: Floats, joint: int, missed: float) -> ReducedProblem:
     """With half a turn of room below the largest value of a joint, and less than none above."""
     own, upper = np.arange(6) == joint, np.max(joints[joint]) - missed
     arm = problem.arm
@@ -87,8 +91,7 @@ def test_limits(name: str, missed: float) -> None:
 @pytest.mark.parametrize(("name", "gap"), [("line", 1e-3), ("line", 1e-4), ("arc", 1e-4)])
 def test_gaps_close_where_a_limit_is_active(name: str, gap: float) -> None:
     arm = CELLS[name].arms[0]
-    problem = reduced_problem(CELLS[name], arm)
-    assert problem is not None
+    problem = present(reduced_problem(CELLS[name], arm))
     found = certify(problem, None, CertificateSettings(1e-3, 60.0)).found
     assert found is not None
     joints = evaluate_signed(problem, found.position[None], np.array([found.signs])).joints[:, 0, 0]
@@ -127,7 +130,7 @@ def test_corners_of_a_base_region(name: str, missed: float) -> None:
         assert impossible(tight) == (missed == FAR)
 
 
-def signs_of(problem: ReducedProblem) -> tuple[int, int, int]:
+def signs_of(problem: ReducedProblem) -> Signs:
     return next(signs for signs in ALL_SIGNS if problem.arm.posture.admits(signs))
 
 
@@ -181,8 +184,7 @@ def fixed_beside_a_box(required: float) -> tuple[Cell, float]:
     box = Body("box", transform(np.eye(3), [-0.6, -0.5, 0.05]), Box(np.array([0.2, 0.2, 0.1])))
     cell = one_arm(base=region(-0.3, -0.5, 0.0, 0.3), obstacles=(box,))
     cell = replace(cell, surroundings=replace(cell.surroundings, clearances=Clearances(arm_obstacle=required)))
-    problem = reduced_problem(cell, cell.arms[0])
-    assert problem is not None
+    problem = present(reduced_problem(cell, cell.arms[0]))
     place = np.array([-0.3, -0.5, 0.0])
     paths = evaluate(problem, place[None])
     points = [

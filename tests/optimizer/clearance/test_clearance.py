@@ -15,7 +15,7 @@ from duocell.models.cell.task import Task
 from duocell.models.collision.collision import CollisionModel
 from duocell.models.geometry.shapes import Body, Box, Capsule, Sphere
 from duocell.models.kinematics.kinematics import flange_poses
-from duocell.optimizer.clearance.clearance import check_clearance
+from duocell.optimizer.clearance.clearance import ClassClearance, PathClearance, check_clearance
 from duocell.optimizer.clearance.continuous_collision import Resolution
 from duocell.optimizer.clearance.path_samples import ObjectPath, follow
 from tests.support.given.arms import make_arm
@@ -24,17 +24,17 @@ from tests.support.given.solids import FLOOR
 from tests.support.oracles.dense import dense_minima
 
 
-def check(scene: Scene, resolution: Resolution | None = None):
+def check(scene: Scene, resolution: Resolution | None = None) -> tuple[PathClearance, CollisionModel]:
     model = CollisionModel(scene.cell.arms, scene.surroundings)
     clearances = scene.surroundings.clearances
     return check_clearance(scene.cell, model, clearances, scene.bases, scene.joints, resolution), model
 
 
-def by_class(found):
+def by_class(found: PathClearance) -> dict[PairClass, ClassClearance]:
     return {entry.kind: entry for entry in found.classes}
 
 
-def agree(found, dense):
+def agree(found: PathClearance, dense: dict[str, float]) -> None:
     """The dense minima lie between what is promised and what was seen."""
     for entry in found.classes:
         lowest = dense[str(entry.kind)]
@@ -43,7 +43,7 @@ def agree(found, dense):
             assert entry.clear == (min(lowest, entry.distance) >= entry.required)
 
 
-def test_a_free_path_is_certain_and_agrees_with_a_dense_check():
+def test_a_free_path_is_certain_and_agrees_with_a_dense_check() -> None:
     scene = beam_pair(count=4, shift=(0.2, 0.0, 0.05))
     found, model = check(scene)
     assert found.clear
@@ -67,7 +67,7 @@ def rod_between(scene: Scene, step: int, fraction: float) -> Body:
 
 
 @pytest.mark.parametrize("fraction", [0.5, 0.37])
-def test_a_thin_rod_between_two_poses_is_found(fraction):
+def test_a_thin_rod_between_two_poses_is_found(fraction: float) -> None:
     bare = beam_pair(count=3, shift=(0.5, 0.0, 0.0), clearances=Clearances(part_obstacle=0.002))
     rod = rod_between(bare, 0, fraction)
     scene = replace(bare, surroundings=replace(bare.surroundings, obstacles=(rod,)))
@@ -84,7 +84,7 @@ def test_a_thin_rod_between_two_poses_is_found(fraction):
     assert 0.0 < entry.pose + entry.fraction < 1.6
 
 
-def test_a_rod_is_passed_by_half_a_millimetre_more_than_required():
+def test_a_rod_is_passed_by_half_a_millimetre_more_than_required() -> None:
     """The rod stands beside the ball's way, 1.6 mm off it: enough for 1 mm, not for 1.7 mm."""
     poses = np.tile(np.eye(4), (2, 1, 1))
     poses[:, :3, 3] = [[0.0, 0.6, 0.8], [0.02, 0.6, 0.8]]
@@ -121,7 +121,7 @@ BENT = {  # far from singular, so that short paths can be followed from anywhere
 }
 
 
-def random_scene(robots, rng) -> Scene:
+def random_scene(robots: tuple[str, str], rng: np.random.Generator) -> Scene:
     """Two arms at random places, somewhere near bent postures, that can follow a short path among obstacles."""
     for _ in range(50):
         bases = [transform(rotation_z(rng.uniform(-3, 3)), [x, rng.uniform(-0.3, 0.3), 0.4]) for x in (-0.7, 0.7)]
@@ -140,7 +140,7 @@ def random_scene(robots, rng) -> Scene:
 
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.parametrize("robots", [("puma560", "ur10e"), ("lrmate200id", "kr6_r900"), ("iiwa14", "ur5e")])
-def test_random_cells_agree_with_a_dense_check(robots, seed):
+def test_random_cells_agree_with_a_dense_check(robots: tuple[str, str], seed: int) -> None:
     scene = random_scene(robots, np.random.default_rng(seed))
     found, model = check(scene)
     assert not found.breaks
@@ -149,7 +149,7 @@ def test_random_cells_agree_with_a_dense_check(robots, seed):
     assert found.clear <= all(dense[str(e.kind)] >= e.required - 1e-6 for e in found.classes)
 
 
-def test_a_coarser_resolution_or_fewer_samples_say_that_they_are_not_certain():
+def test_a_coarser_resolution_or_fewer_samples_say_that_they_are_not_certain() -> None:
     bare = beam_pair(count=2, shift=(0.3, 0.0, 0.0), clearances=Clearances(part_obstacle=0.002))
     pillar = Body("pillar", transform(np.eye(3), [0.9, 0.75 + 0.04 + 0.02 + 0.0021, 0.9]), Capsule(0.02, 0.5))
     poses = np.array([bare.cell.task.poses[0]] * 2)
@@ -170,7 +170,7 @@ def test_a_coarser_resolution_or_fewer_samples_say_that_they_are_not_certain():
     assert found.samples <= 10
 
 
-def test_an_arm_that_cannot_follow_is_a_break_and_never_clear():
+def test_an_arm_that_cannot_follow_is_a_break_and_never_clear() -> None:
     """From one side of the base to the other: the straight way leads through the arm itself."""
     arm = make_arm("ur10e", "lone")
     q = arm.robot.reference
@@ -188,7 +188,7 @@ def test_an_arm_that_cannot_follow_is_a_break_and_never_clear():
     assert all(entry.lower_bound == -np.inf for entry in found.classes)
 
 
-def test_limits_exceeded_between_the_poses_are_seen():
+def test_limits_exceeded_between_the_poses_are_seen() -> None:
     """The elbow is most bent halfway; a limit just beyond its values at the poses is broken there."""
     scene = beam_pair(count=2, shift=(0.5, 0.0, 0.0))
     found, _ = check(scene)
@@ -215,7 +215,7 @@ def test_limits_exceeded_between_the_poses_are_seen():
     assert found.limit_excess == pytest.approx(0.5 * middle_only, abs=0.1 * middle_only)
 
 
-def test_the_time_of_a_check_is_that_of_a_page_that_follows_a_drag():
+def test_the_time_of_a_check_is_that_of_a_page_that_follows_a_drag() -> None:
     """Two arms, 16 poses, no meshes: well below 50 ms on an idle machine; the tenfold is allowed on a busy one."""
     scene = beam_pair(count=16, obstacles=random_obstacles(np.random.default_rng(1), 7, [-2, -2, 0.2], [2, -1, 1.5]))
     model = CollisionModel(scene.cell.arms, scene.surroundings)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import rotation_vector
 from duocell.models.cell.surroundings import PairClass
-from duocell.models.collision.collision import CollisionModel
+from duocell.models.collision.collision import CollisionModel, Configurations
 from duocell.optimizer.clearance.motion import Motion
 from tests.support.given.cells import beam_pair, random_obstacles
 
@@ -15,7 +16,7 @@ SCENE = beam_pair(count=6, obstacles=random_obstacles(np.random.default_rng(2), 
 MODEL = CollisionModel(SCENE.cell.arms, SCENE.surroundings)
 
 
-def held(start: int, end: int):
+def held(start: int, end: int) -> tuple[Configurations, list[Floats], Floats, Floats]:
     """The beam's own path from one pose to another, its samples and what joints and object travel."""
     poses, joints = SCENE.cell.task.poses, SCENE.joints
     places = MODEL.configure(SCENE.bases, [q[start : end + 1] for q in joints], poses[start : end + 1])
@@ -26,7 +27,7 @@ def held(start: int, end: int):
 
 
 @pytest.mark.parametrize(("start", "end"), [(0, 1), (1, 3), (0, 5)])
-def test_distances_change_by_no_more_than_the_bound(start, end):
+def test_distances_change_by_no_more_than_the_bound(start: int, end: int) -> None:
     places, steps, shift, turn = held(start, end)
     motion = Motion(MODEL)
     levers = motion.levers(places)
@@ -41,7 +42,7 @@ def test_distances_change_by_no_more_than_the_bound(start, end):
     assert np.all(change <= bound[places.counted] + 1e-6)
 
 
-def test_levers_are_the_farthest_points_from_the_axes():
+def test_levers_are_the_farthest_points_from_the_axes() -> None:
     places, *_ = held(0, 1)
     levers = Motion(MODEL).levers(places)[1]
     b = MODEL.bodies
@@ -57,7 +58,7 @@ def test_levers_are_the_farthest_points_from_the_axes():
             assert levers[0, place, joint] == pytest.approx(aside.max() + b.radius[body], abs=1e-9)
 
 
-def test_what_the_hands_hold_does_not_move_against_them():
+def test_what_the_hands_hold_does_not_move_against_them() -> None:
     places, steps, shift, turn = held(0, 2)
     motion = Motion(MODEL)
     levers = motion.levers(places)
@@ -70,7 +71,7 @@ def test_what_the_hands_hold_does_not_move_against_them():
             assert bound[pair] <= shift[0] + turn[0] * 0.66
 
 
-def test_a_longer_way_has_a_larger_bound():
+def test_a_longer_way_has_a_larger_bound() -> None:
     places, steps, shift, turn = held(0, 1)
     motion = Motion(MODEL)
     levers = [x[:1] for x in motion.levers(places)]

@@ -8,14 +8,17 @@ import numpy as np
 import pytest
 
 import duocell.optimizer.optimize
+from duocell.models.base.arrays import Floats
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.coupling import Distance
 from duocell.models.cell.coupling.apart import Apart
 from duocell.models.cell.one_place import NEAREST
+from duocell.models.robot.arm import BaseRegion
 from duocell.optimizer.certificate.bounds.boxes import Boxes
 from duocell.optimizer.certificate.pairs.couplings import untied
 from duocell.optimizer.coupled.found import CoupledSearch
 from duocell.optimizer.evaluation.evaluate import evaluate_layout
+from duocell.optimizer.infeasibility.immediate.immediate import immediate_infeasibility
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.optimize import optimize
 from duocell.optimizer.progress.timetable import Timetable
@@ -23,15 +26,16 @@ from duocell.optimizer.results.layout import Layout, Outcome
 from duocell.optimizer.settings import Settings
 from duocell.optimizer.single_arm.arm_search import ArmSearch
 from duocell.optimizer.sqp.refine import Refined
-from tests.support.given.arms import region
+from tests.support.given.arms import only_at, region
 from tests.support.given.blocked import carried, one_arm
+from tests.support.present import present
 
 LONG = Settings(time_limit=600.0)
 
 
-def twins(base=None, second=None) -> Cell:
+def twins(base: BaseRegion | None = None, second: BaseRegion | None = None) -> Cell:
     """Two arms of one kind with one grasp and one region: alone, each of them stands best where the other one does."""
-    cell = one_arm(task=carried(3), **({} if base is None else {"base": base}))
+    cell = one_arm(task=carried(3), base=base)
     arm = cell.arms[0]
     other = replace(arm, name="other", base=second or arm.base)
     return replace(cell, arms=(arm, other))
@@ -49,9 +53,9 @@ def test_two_arms_that_would_stand_in_one_place_are_searched_together() -> None:
     assert apart(layout) >= NEAREST - 1e-6
     alone = optimize(replace(cell, arms=cell.arms[:1]), LONG)
     assert layout.certificate is not None
-    assert layout.certificate.lower_bound <= layout.objective
+    assert present(layout.certificate.lower_bound) <= present(layout.objective)
     asked = optimize(replace(cell, couplings=(Distance((0, 1), NEAREST),)), LONG)
-    assert 2.0 * alone.objective - 1e-9 <= layout.objective <= asked.objective * (1.0 + 1e-3)
+    assert 2.0 * present(alone.objective) - 1e-9 <= present(layout.objective) <= present(asked.objective) * (1.0 + 1e-3)
     seen = evaluate_layout(_placed(cell, layout))
     assert seen.outcome is Outcome.FEASIBLE
     assert seen.objective == pytest.approx(layout.objective, rel=1e-6)
@@ -59,8 +63,7 @@ def test_two_arms_that_would_stand_in_one_place_are_searched_together() -> None:
 
 def _placed(cell: Cell, layout: Layout) -> Cell:
     arms = tuple(
-        replace(arm, base=region(*(float(v) for v in p.position), float(p.yaw)))
-        for arm, p in zip(cell.arms, layout.placements, strict=True)
+        replace(arm, base=only_at(p.position, p.yaw)) for arm, p in zip(cell.arms, layout.placements, strict=True)
     )
     return replace(cell, arms=arms)
 
@@ -83,10 +86,10 @@ def test_regions_that_leave_only_one_place_are_refused_with_a_proof() -> None:
     assert (layout.outcome, layout.proved) == (Outcome.INFEASIBLE, True)
     assert "would stand in one place" in layout.reasons[0].detail
     wide = region((-0.4, -0.35), (0.1, 0.11), (0.0, 0.0))
-    assert duocell.optimizer.optimize.immediate_infeasibility(twins(wide, spot)) == ()
+    assert immediate_infeasibility(twins(wide, spot)) == ()
 
 
-def test_what_stands_in_two_places_is_not_searched_again(monkeypatch) -> None:
+def test_what_stands_in_two_places_is_not_searched_again(monkeypatch: pytest.MonkeyPatch) -> None:
     cell = twins(region((-0.7, -0.2), (-0.7, 0.7)), region((0.2, 0.7), (-0.7, 0.7)))
 
     def never(*arguments: object, **named: object) -> None:
@@ -122,7 +125,7 @@ def test_boxes_that_lie_in_one_place_hold_no_pair() -> None:
         assert not np.any(lost & (np.linalg.norm(one - other, axis=1) >= NEAREST))
 
 
-def _boxes(rng: np.random.Generator, sides: np.ndarray) -> Boxes:
+def _boxes(rng: np.random.Generator, sides: Floats) -> Boxes:
     centre = rng.uniform(sides[:, 0], sides[:, 1], (300, 3))
     half = np.repeat(rng.uniform(0.0, 0.02, (300, 1)), 3, axis=1)
     return Boxes(centre, half, np.zeros(300, dtype=np.int64))

@@ -12,7 +12,7 @@ import pytest
 
 from duocell.models.base.pose import rotation_z, transform
 from duocell.models.cell.cell import Cell
-from duocell.models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
 from duocell.models.cell.coupling.direction import APART
 from duocell.models.cell.floor import Floor, Footprint
 from duocell.models.cell.surroundings import Clearances, Equipment, PairClass, Surroundings
@@ -28,15 +28,16 @@ from duocell.optimizer.results.layout import Layout, Outcome
 from duocell.service.requests.convert import cell_of
 from duocell.service.schemas.request import LayoutRequest
 from duocell.service.validation import validate
-from tests.support.given.cells import beam_pair, holding, random_obstacles
+from tests.support.given.cells import Scene, beam_pair, holding, random_obstacles
 from tests.support.given.tasks import possible
 from tests.support.oracles.answers import assert_placed
 from tests.support.oracles.dense import dense_minima
+from tests.support.present import present
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 
 
-def at(cell: Cell, places) -> Cell:
+def at(cell: Cell, places: list[tuple[float, float, float, float]]) -> Cell:
     """The cell with its bases fixed at (x, y, z, yaw)."""
     arms = []
     for arm, place in zip(cell.arms, places, strict=True):
@@ -49,7 +50,7 @@ def as_laid_out(cell: Cell, layout: Layout) -> Cell:
     return at(cell, [(*p.position, p.yaw) for p in layout.placements])
 
 
-def of_scene(scene) -> Cell:
+def of_scene(scene: Scene) -> Cell:
     """The cell of a scene, everything in it, its bases fixed."""
     places = [(*base[:3, 3], np.arctan2(base[1, 0], base[0, 0])) for base in scene.bases]
     return at(replace(scene.cell, surroundings=scene.surroundings), places)
@@ -63,7 +64,7 @@ def kinds(layout: Layout) -> list[str]:
 
 
 @pytest.mark.parametrize("name", ["line", "arc", "beam_ur10e"])
-def test_a_solved_layout_is_worth_what_the_optimizer_says(name):
+def test_a_solved_layout_is_worth_what_the_optimizer_says(name: str) -> None:
     cell = cell_of(validate(LayoutRequest, json.loads((EXAMPLES / f"{name}.json").read_text())))
     best = optimize(cell)
     fixed = as_laid_out(cell, best)
@@ -72,7 +73,7 @@ def test_a_solved_layout_is_worth_what_the_optimizer_says(name):
         assert found.outcome is Outcome.FEASIBLE
         assert found.reasons == ()
         assert found.objective == pytest.approx(best.objective, rel=1e-9)
-        assert found.verification.limits_respected
+        assert present(found.verification).limits_respected
         for mine, theirs in zip(found.placements, best.placements, strict=True):
             assert mine.joints == pytest.approx(theirs.joints, abs=1e-6)
             assert mine.posture == theirs.posture
@@ -81,7 +82,7 @@ def test_a_solved_layout_is_worth_what_the_optimizer_says(name):
 
 
 @pytest.mark.parametrize("robot", ["puma560", "ur10e", "kr6_r900", "yumi_left", "iiwa14"])
-def test_a_place_where_the_task_is_possible_is_feasible_and_no_worse_than_the_witness(robot):
+def test_a_place_where_the_task_is_possible_is_feasible_and_no_worse_than_the_witness(robot: str) -> None:
     task = possible(robot, np.random.default_rng(3), poses=4, step=0.08)
     cell = at(task.cell, [(*task.position, task.yaw)])
     found = evaluate_layout(cell)
@@ -90,13 +91,13 @@ def test_a_place_where_the_task_is_possible_is_feasible_and_no_worse_than_the_wi
     assert_placed(cell, cell.arms[0], placement)
     witness = float(np.sum(task.arm.weights * (task.joints - task.arm.reference) ** 2))
     if task.arm.dof == 6:  # a redundant arm's way is a local optimum
-        assert found.objective <= witness * (1.0 + 1e-9)
+        assert present(found.objective) <= witness * (1.0 + 1e-9)
     given = evaluate_layout(cell, [task.joints])
     assert given.outcome is Outcome.FEASIBLE
     assert given.objective == pytest.approx(witness)
 
 
-def test_a_redundant_arm_is_searched_where_the_samples_of_its_freedom_lead_nowhere():
+def test_a_redundant_arm_is_searched_where_the_samples_of_its_freedom_lead_nowhere() -> None:
     task = possible("iiwa14", np.random.default_rng(5), poses=16, step=0.05)
     found = evaluate_layout(at(task.cell, [(*task.position, task.yaw)]))
     assert found.outcome is Outcome.FEASIBLE
@@ -107,7 +108,7 @@ def test_a_redundant_arm_is_searched_where_the_samples_of_its_freedom_lead_nowhe
 
 @pytest.mark.parametrize("robot", ["puma560", "ur5e"])
 @pytest.mark.parametrize("roll", [0.7, np.pi])
-def test_a_leaning_or_hanging_arm(robot, roll):
+def test_a_leaning_or_hanging_arm(robot: str, roll: float) -> None:
     tilt = np.array([[1, 0, 0], [0, np.cos(roll), -np.sin(roll)], [0, np.sin(roll), np.cos(roll)]])
     task = possible(robot, np.random.default_rng(5), poses=4, step=0.08, mount=tilt)
     found = evaluate_layout(at(task.cell, [(*task.position, task.yaw)]))
@@ -116,7 +117,7 @@ def test_a_leaning_or_hanging_arm(robot, roll):
     assert np.array_equal(found.placements[0].mount, tilt)
 
 
-def test_bases_that_are_not_fixed_are_refused():
+def test_bases_that_are_not_fixed_are_refused() -> None:
     task = possible("ur5e", np.random.default_rng(0))
     with pytest.raises(ValueError, match="fixed"):
         evaluate_layout(task.cell)
@@ -125,7 +126,7 @@ def test_bases_that_are_not_fixed_are_refused():
 # --- what an arm breaks -----------------------------------------------------------------------------------------------
 
 
-def test_out_of_reach_says_how_much_is_missing():
+def test_out_of_reach_says_how_much_is_missing() -> None:
     task = possible("ur5e", np.random.default_rng(0), poses=4)
     away = np.array([5.0, 0.0, 0.0])
     found = evaluate_layout(at(task.cell, [(*(task.position + away), task.yaw)]))
@@ -135,11 +136,11 @@ def test_out_of_reach_says_how_much_is_missing():
     (reason,) = found.reasons
     assert reason.kind == "out_of_reach"
     assert reason.poses == (0, 1, 2, 3)
-    assert 3.0 < reason.amount < 5.0
+    assert 3.0 < present(reason.amount) < 5.0
 
 
 @pytest.mark.parametrize("robot", ["ur5e", "yumi_left"])
-def test_a_limit_that_is_broken_is_named_with_its_amount(robot):
+def test_a_limit_that_is_broken_is_named_with_its_amount(robot: str) -> None:
     task = possible(robot, np.random.default_rng(1), poses=4, step=0.08)
     upper = task.arm.upper.copy()
     upper[2] = task.joints[:, 2].max() - 0.05
@@ -154,25 +155,27 @@ def test_a_limit_that_is_broken_is_named_with_its_amount(robot):
     assert found.placements[0].minimum_margin == pytest.approx(-0.05)
 
 
-def test_joints_that_miss_their_poses_leap_or_change_posture_are_told():
+def test_joints_that_miss_their_poses_leap_or_change_posture_are_told() -> None:
     task = possible("ur5e", np.random.default_rng(2), poses=4, step=0.05)
     cell = at(task.cell, [(*task.position, task.yaw)])
     off = task.joints + 1e-3
     found = evaluate_layout(cell, [off])
     assert set(kinds(found)) == {"pose_error"}
     assert {reason.unit for reason in found.reasons} == {"m", "rad"}
-    assert found.verification.max_position_error == max(r.amount for r in found.reasons if r.unit == "m")
+    assert present(found.verification).max_position_error == max(
+        present(r.amount) for r in found.reasons if r.unit == "m"
+    )
     leap = task.joints.copy()
     leap[2:, 5] += 2.0 * np.pi * (1.0 if leap[2, 5] < 0.0 else -1.0)
     (reason,) = evaluate_layout(cell, [leap]).reasons
     assert (reason.kind, reason.poses) == ("joint_step", (2,))
-    kept = evaluate_layout(cell).placements[0].posture
+    kept = present(evaluate_layout(cell).placements[0].posture)
     other = Posture(elbow=-1 if kept["elbow"] == "down" else 1)
     wrong = replace(cell, arms=(replace(cell.arms[0], posture=other),))
     assert "posture" in kinds(evaluate_layout(wrong, [evaluate_layout(cell).placements[0].joints]))
 
 
-def test_conditioning_is_asked_of_every_posture_before_it_is_a_fault():
+def test_conditioning_is_asked_of_every_posture_before_it_is_a_fault() -> None:
     task = possible("ur5e", np.random.default_rng(4), poses=4, step=0.08)
     cell = at(task.cell, [(*task.position, task.yaw)])
     best = evaluate_layout(cell).placements[0].minimum_conditioning
@@ -188,7 +191,7 @@ def test_conditioning_is_asked_of_every_posture_before_it_is_a_fault():
 
 
 @pytest.mark.parametrize("footprint", [None, Footprint.rectangle(0.4, 0.2)])
-def test_floor_that_is_not_free(footprint):
+def test_floor_that_is_not_free(footprint: Footprint | None) -> None:
     task = possible("ur5e", np.random.default_rng(0), poses=3)
     x, y, z = task.position
     pit = np.array([[x + 0.1, y - 1.0], [x + 1.0, y - 1.0], [x + 1.0, y + 1.0], [x + 0.1, y + 1.0]])
@@ -215,11 +218,11 @@ def test_floor_that_is_not_free(footprint):
         (Mirror((0, 1), (0.0, 0.0), np.pi / 2), 2.0 * np.sin(0.15), "rad"),
     ],
 )
-def test_couplings_that_are_not_kept(coupling, amount, unit):
+def test_couplings_that_are_not_kept(coupling: Coupling, amount: float, unit: str) -> None:
     cell = replace(beam_pair().cell, couplings=(coupling,))
     found = evaluate_layout(at(cell, [(-0.6, 0.0, 0.3, np.pi / 2 + 0.3), (0.6, 0.0, 0.4, np.pi / 2)]))
     told = [r for r in found.reasons if r.kind == "coupling" and r.unit == unit]
-    assert max(reason.amount for reason in told) == pytest.approx(amount, abs=1e-6)
+    assert max(present(reason.amount) for reason in told) == pytest.approx(amount, abs=1e-6)
     assert "arm 0 and arm 1" in told[0].detail
     kept = evaluate_layout(
         at(replace(cell, couplings=(Distance((0, 1), 1.0, 2.0),)), [(-0.6, 0, 0.3, 1.5), (0.6, 0, 0.3, 1.5)])
@@ -230,7 +233,7 @@ def test_couplings_that_are_not_kept(coupling, amount, unit):
 # --- clearances -------------------------------------------------------------------------------------------------------
 
 
-def test_a_known_collision_is_told_with_pair_pose_and_depth():
+def test_a_known_collision_is_told_with_pair_pose_and_depth() -> None:
     """A post where the beam's end passes at pose 2, and nothing else in the way."""
     bare = beam_pair(count=4, shift=(0.3, 0.0, 0.0), clearances=Clearances(part_obstacle=0.01))
     tip = (bare.cell.task.poses[2] @ [0.55, 0.0, 0.0, 1.0])[:3]
@@ -243,7 +246,7 @@ def test_a_known_collision_is_told_with_pair_pose_and_depth():
     (clearance,) = found.clearances
     assert (clearance.first, clearance.second) == ("beam", "post")
     by_coal = [
-        separation(scene.surroundings.part.bodies[0].shape, pose, post.shape, post.pose).distance
+        separation(present(scene.surroundings.part).bodies[0].shape, pose, post.shape, post.pose).distance
         for pose in cell.task.poses
     ]
     assert int(np.argmin(by_coal)) == 2
@@ -254,21 +257,21 @@ def test_a_known_collision_is_told_with_pair_pose_and_depth():
     assert "beam and post penetrate" in reason.detail
 
 
-def test_clearances_are_those_of_a_direct_and_of_a_dense_check():
+def test_clearances_are_those_of_a_direct_and_of_a_dense_check() -> None:
     scene = beam_pair(count=5, obstacles=random_obstacles(np.random.default_rng(1), 5, [-2, -2, 0.2], [2, -1, 1.5]))
     cell = of_scene(scene)
     found = evaluate_layout(cell, scene.joints)
     assert {c.kind for c in found.clearances} == {str(kind) for kind in PairClass}
     dense = dense_minima(scene, CollisionModel(cell.arms, cell.surroundings), 20)
     for clearance in found.clearances:
-        assert clearance.lower_bound - 1e-6 <= dense[clearance.kind] <= clearance.distance + 0.02
+        assert present(clearance.lower_bound) - 1e-6 <= dense[clearance.kind] <= clearance.distance + 0.02
     blocked = [c.kind for c in found.clearances if c.distance < c.required]
     assert [r.kind for r in found.reasons] == ["collision"] * len(blocked)
 
 
-def test_arms_that_hit_each_other_at_a_pose_are_told_by_their_links():
+def test_arms_that_hit_each_other_at_a_pose_are_told_by_their_links() -> None:
     """Both hold the part at the same place."""
-    q = [0.0, -1.4, 1.5, -1.6, -1.5, 0.0]
+    q = np.array([0.0, -1.4, 1.5, -1.6, -1.5, 0.0])
     bases = [transform(rotation_z(0.0), [0.0, y, 0.4]) for y in (0.0, 0.05)]
     hand = np.eye(4)
     scene = holding(["ur5e"] * 2, bases, [q, q], np.array([hand, hand]), clearances=Clearances(arm_arm=0.02))
@@ -284,7 +287,7 @@ def test_arms_that_hit_each_other_at_a_pose_are_told_by_their_links():
     assert clearance.first.startswith("arm 0 ")
 
 
-def test_the_way_between_the_poses_must_be_possible_too():
+def test_the_way_between_the_poses_must_be_possible_too() -> None:
     """From one side of the base to the other: the straight way leads through the arm itself."""
     q = np.array([0.0, -1.4, 1.5, -1.6, -1.5, 0.0])
     task = possible("ur5e", np.random.default_rng(0), poses=2)
@@ -302,14 +305,14 @@ def test_the_way_between_the_poses_must_be_possible_too():
     assert any("cannot follow the part between poses 0 and 1" in reason.detail for reason in found.reasons)
 
 
-def test_without_clearances_nothing_is_looked_at():
+def test_without_clearances_nothing_is_looked_at() -> None:
     scene = beam_pair(clearances=Clearances())
     found = evaluate_layout(of_scene(scene), scene.joints)
     assert found.outcome is Outcome.FEASIBLE
     assert found.clearances == ()
 
 
-def test_an_arm_without_a_path_leaves_the_others_and_the_floor_to_be_judged():
+def test_an_arm_without_a_path_leaves_the_others_and_the_floor_to_be_judged() -> None:
     scene = beam_pair()
     around = replace(scene.surroundings, floor=Floor(forbidden=(np.array([[-9, -9], [9, -9], [9, 9], [-9, 9.0]]),)))
     cell = at(replace(scene.cell, surroundings=around), [(-0.6, 0.0, 0.3, np.pi / 2), (9.0, 0.0, 0.3, 0.0)])
@@ -323,7 +326,7 @@ def test_an_arm_without_a_path_leaves_the_others_and_the_floor_to_be_judged():
     assert "box" in hit.reasons[-1].detail
 
 
-def test_the_time_is_that_of_a_page_that_follows_a_drag():
+def test_the_time_is_that_of_a_page_that_follows_a_drag() -> None:
     """Two arms, 16 poses, a beam, four boxes: below 50 ms on an idle machine; the tenfold is allowed on a busy one."""
     boxes = tuple(
         Body(f"box {i}", transform(np.eye(3), place), Box(np.array(size)))

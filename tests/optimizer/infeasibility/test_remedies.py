@@ -16,7 +16,9 @@ ENOUGH = [(53, "step", 0.2510), (52, "conditioning", 0.1571), (21, "clearance", 
 
 
 @pytest.mark.parametrize(("seed", "kind", "known"), ENOUGH)
-def test_samples_find_a_change_no_larger_than_a_known_layout_needs_by_a_fifth(seed, kind, known):
+def test_samples_find_a_change_no_larger_than_a_known_layout_needs_by_a_fifth(
+    seed: int, kind: str, known: float
+) -> None:
     made = planted(seed)
     remedy = remedy_of(made)
     assert made.kind == kind
@@ -28,7 +30,7 @@ def test_samples_find_a_change_no_larger_than_a_known_layout_needs_by_a_fifth(se
     assert found.amount <= NEAR * known
 
 
-def test_longer_steps_than_those_of_a_layout_are_not_asked_for():
+def test_longer_steps_than_those_of_a_layout_are_not_asked_for() -> None:
     made = planted(53)
     remedy = remedy_of(made)
     assert remedy is not None
@@ -38,7 +40,7 @@ def test_longer_steps_than_those_of_a_layout_are_not_asked_for():
     assert need.tolist() == pytest.approx([longest - made.cell.max_joint_step], abs=1e-12)
 
 
-def test_what_is_needed_may_be_more_than_can_be_told():
+def test_what_is_needed_may_be_more_than_can_be_told() -> None:
     made = planted(54)
     remedy = remedy_of(made)
     assert remedy is not None

@@ -11,7 +11,7 @@ from duocell.models.cell.coupling import Direction, Distance, Rail, among
 from duocell.optimizer.infeasibility.requirements import Kind, Requirement, everything, restricted
 
 
-def test_a_selection_keeps_what_is_in_it():
+def test_a_selection_keeps_what_is_in_it() -> None:
     cell = real_cell(4).cell
     whole = everything(cell)
     same = restricted(cell, whole)
@@ -26,7 +26,7 @@ def test_a_selection_keeps_what_is_in_it():
     assert np.array_equal(less.arms[0].lower, cell.arms[0].lower)
 
 
-def test_couplings_are_renumbered_or_dropped_with_their_arms():
+def test_couplings_are_renumbered_or_dropped_with_their_arms() -> None:
     assert among(Direction((2, 0), 0.5), [0, 2]) == Direction((1, 0), 0.5)
     assert among(Rail((1, 2), 0.1, None), [1, 2]) == Rail((0, 1), 0.1, None)
     assert among(Distance((0, 1), 0.1, 0.2), [0, 2]) is None

@@ -23,7 +23,7 @@ def run(proof: SubsetProof) -> SubsetProof:
     return proof
 
 
-def test_what_is_inherited_decides_as_a_proof_that_is_begun_anew():
+def test_what_is_inherited_decides_as_a_proof_that_is_begun_anew() -> None:
     cell = real_cell(93).cell
     proof = run(SubsetProof(cell, selection_of(cell, (0,))))
     assert proof.infeasible
@@ -38,7 +38,7 @@ def test_what_is_inherited_decides_as_a_proof_that_is_begun_anew():
             assert inherited.trees[0].boxes == 0  # nothing had to be looked at again
 
 
-def test_without_what_was_planted_a_known_layout_is_not_excluded():
+def test_without_what_was_planted_a_known_layout_is_not_excluded() -> None:
     made = planted(OBSTACLE)
     proof = run(SubsetProof(made.cell, selection_of(made.cell, (0,))))
     assert proof.infeasible

@@ -22,8 +22,10 @@ from duocell.optimizer.monitoring.watch import (
     watching,
 )
 from duocell.optimizer.optimize import optimize
+from duocell.optimizer.results.layout import Layout
 from duocell.optimizer.settings import CertificateSettings, Settings
 from tests.support.given.tasks import possible
+from tests.support.present import present
 
 PROVE = Settings(certificate=CertificateSettings(gap=0.05, time_limit=5.0))
 
@@ -32,14 +34,14 @@ def cell(name: str = "puma560") -> Cell:
     return possible(name, np.random.default_rng(3), poses=4, step=0.12, half=(0.2, 0.2, 0.0, np.pi)).cell
 
 
-def followed(what: Cell, settings: Settings | None = None) -> tuple[list[Event], object]:
+def followed(what: Cell, settings: Settings | None = None) -> tuple[list[Event], Layout]:
     events: list[Event] = []
     with watching(events.append, lambda: False):
         layout = optimize(what, settings)
     return events, layout
 
 
-def test_everything_is_told_in_order_and_agrees_with_the_answer():
+def test_everything_is_told_in_order_and_agrees_with_the_answer() -> None:
     events, layout = followed(cell(), PROVE)
     kinds = [type(event) for event in events]
     assert kinds[:2] == [Stage, Screened]
@@ -50,8 +52,8 @@ def test_everything_is_told_in_order_and_agrees_with_the_answer():
     assert sum(event.candidates for event in events if isinstance(event, Screened)) == layout.search.candidates
     bounds = [event for event in events if isinstance(event, Bounded)]
     assert np.all(np.diff([event.lower_bound for event in bounds]) >= 0.0)
-    assert bounds[-1].lower_bound == pytest.approx(layout.certificate.lower_bound)
-    assert bounds[-1].boxes == layout.certificate.boxes
+    assert bounds[-1].lower_bound == pytest.approx(present(layout.certificate).lower_bound)
+    assert bounds[-1].boxes == present(layout.certificate).boxes
     assert {event.what for event in events if isinstance(event, Stage)} == {
         f"searching {layout.placements[0].arm}",
         f"proving {layout.placements[0].arm}",
@@ -59,7 +61,7 @@ def test_everything_is_told_in_order_and_agrees_with_the_answer():
     }
 
 
-def test_every_iteration_of_ipopt_is_told():
+def test_every_iteration_of_ipopt_is_told() -> None:
     events, _ = followed(cell())
     since: list[Iterated] = []
     for event in events:
@@ -73,7 +75,7 @@ def test_every_iteration_of_ipopt_is_told():
             since = []
 
 
-def test_watching_changes_nothing():
+def test_watching_changes_nothing() -> None:
     _, layout = followed(cell())
     alone = optimize(cell())
     assert layout.objective == alone.objective
@@ -83,7 +85,7 @@ def test_watching_changes_nothing():
 @pytest.mark.parametrize(
     ("name", "settings"), [("puma560", PROVE), ("puma560", Settings(alternatives=1)), ("iiwa14", None)]
 )
-def test_a_solve_can_be_stopped_wherever_it_is(name, settings):
+def test_a_solve_can_be_stopped_wherever_it_is(name: str, settings: Settings | None) -> None:
     task = cell(name)
     asked = 0
 
@@ -109,7 +111,7 @@ def test_a_solve_can_be_stopped_wherever_it_is(name, settings):
     assert optimize(task, settings).objective == before.objective  # nothing that is kept between solves was harmed
 
 
-def test_a_baseline_can_be_stopped():
+def test_a_baseline_can_be_stopped() -> None:
     stages: list[Event] = []
 
     def stop() -> bool:
@@ -119,7 +121,7 @@ def test_a_baseline_can_be_stopped():
         optimize(cell(), Settings(baselines=("exterior-penalty",)))
 
 
-def test_only_the_watched_thread_and_block_are_watched():
+def test_only_the_watched_thread_and_block_are_watched() -> None:
     events: list[Event] = []
     elsewhere: list[bool] = []
     with watching(events.append, lambda: True):
@@ -138,7 +140,7 @@ def test_only_the_watched_thread_and_block_are_watched():
     assert events == []
 
 
-def test_what_is_done_unheard_is_not_told_and_can_be_stopped():
+def test_what_is_done_unheard_is_not_told_and_can_be_stopped() -> None:
     told: list[Event] = []
     with watching(told.append, lambda: True):
         with unheard():
@@ -150,7 +152,7 @@ def test_what_is_done_unheard_is_not_told_and_can_be_stopped():
         assert not watched()
 
 
-def test_a_block_ends_where_its_time_is_over_whoever_watches():
+def test_a_block_ends_where_its_time_is_over_whoever_watches() -> None:
     with ending(time.perf_counter() + 1e6):
         check_stop()
         with ending(time.perf_counter() - 1.0):

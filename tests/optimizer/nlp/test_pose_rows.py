@@ -10,19 +10,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import rotation_about, rotation_vector, rotation_x, rotation_z, transform
 from duocell.models.catalogue import catalogue
 from duocell.models.kinematics.branches import posture_terms
-from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.kinematics.kinematics import flange_poses
-from duocell.optimizer.nlp.pose_rows import BASE, hessian_pattern, pose_rows, target_numbers
+from duocell.models.robot.robot import Robot
+from duocell.optimizer.nlp.pose_rows import BASE, PoseRows, hessian_pattern, pose_rows, target_numbers
+from tests.support.given.arms import form_of
 
 ROBOTS = ("puma560", "ur10e", "iiwa14", "yumi_left", "kr6_r900")
 IDENTITY = np.eye(3)
 TILTED = tuple(float(x) for x in (rotation_z(0.3) @ rotation_x(2.0)).ravel())
 
 
-def point_of(name: str, seed: int, mount=IDENTITY):
+def point_of(name: str, seed: int, mount: Floats = IDENTITY) -> tuple[Robot, Floats, Floats, Floats]:
     """A base, joints, and the target they reach by Pinocchio."""
     robot, rng = catalogue.robot(name), np.random.default_rng(seed)
     base, joints = rng.uniform(-2.0, 2.0, 4), rng.uniform(-2.0, 2.0, robot.dof)
@@ -30,25 +32,25 @@ def point_of(name: str, seed: int, mount=IDENTITY):
     return robot, base, joints, target
 
 
-def values(rows, base, joints, target) -> np.ndarray:
+def values(rows: PoseRows, base: Floats, joints: Floats, target: Floats) -> Floats:
     return np.array(rows.value(base, joints, target_numbers(target[None])[:, 0])).ravel()
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_rows_vanish_where_the_target_is_reached(name):
+def test_rows_vanish_where_the_target_is_reached(name: str) -> None:
     for seed in range(5):
         robot, base, joints, target = point_of(name, seed)
         assert np.abs(values(pose_rows(robot, False), base, joints, target)).max() < 1e-12
 
 
-def test_rows_of_a_mounted_arm_vanish_where_the_target_is_reached():
+def test_rows_of_a_mounted_arm_vanish_where_the_target_is_reached() -> None:
     robot, base, joints, target = point_of("ur10e", 1, np.array(TILTED).reshape(3, 3))
     assert np.abs(values(pose_rows(robot, False, TILTED), base, joints, target)).max() < 1e-12
     assert np.abs(values(pose_rows(robot, False), base, joints, target)).max() > 0.1
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_position_rows_are_metres_in_the_world(name):
+def test_position_rows_are_metres_in_the_world(name: str) -> None:
     robot, base, joints, target = point_of(name, 2)
     off = target.copy()
     off[:3, 3] -= [0.1, -0.2, 0.3]
@@ -59,7 +61,9 @@ AXES = st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda a: np.linalg.norm(a)
 
 
 @given(AXES, st.floats(1e-3, np.pi - 0.05), st.integers(0, 5))
-def test_orientation_rows_are_the_tangent_of_half_the_angle(axis, angle, seed):
+def test_orientation_rows_are_the_tangent_of_half_the_angle(
+    axis: tuple[float, float, float], angle: float, seed: int
+) -> None:
     """No root but zero, and growing without bound towards half a turn."""
     robot, base, joints, target = point_of("puma560", seed)
     turned = target.copy()
@@ -72,7 +76,7 @@ def test_orientation_rows_are_the_tangent_of_half_the_angle(axis, angle, seed):
 
 
 @given(AXES, st.sampled_from([1e-7, -1e-6, 1e-4]))
-def test_next_to_half_a_turn_there_is_no_root(axis, off):
+def test_next_to_half_a_turn_there_is_no_root(axis: tuple[float, float, float], off: float) -> None:
     robot, base, joints, target = point_of("ur10e", 3)
     turned = target.copy()
     turned[:3, :3] = rotation_about(np.array(axis) / np.linalg.norm(axis), np.pi + off) @ target[:3, :3]
@@ -81,15 +85,15 @@ def test_next_to_half_a_turn_there_is_no_root(axis, off):
 
 
 @pytest.mark.parametrize("name", ["puma560", "ur10e", "kr6_r900"])
-def test_the_shoulder_row_is_the_wrist_in_front_of_axis_1(name):
+def test_the_shoulder_row_is_the_wrist_in_front_of_axis_1(name: str) -> None:
     robot, base, joints, target = point_of(name, 4)
     rows = pose_rows(robot, True)
     assert rows.size == 7
-    front, _, _ = posture_terms(closed_form(robot), joints, np.sin, np.cos)
+    front, _, _ = posture_terms(form_of(robot), joints, np.sin, np.cos)
     assert values(rows, base, joints, target)[6] == pytest.approx(front, abs=1e-13)
 
 
-def test_an_arm_without_postures_has_no_shoulder_row():
+def test_an_arm_without_postures_has_no_shoulder_row() -> None:
     with pytest.raises(ValueError, match="no shoulder"):
         pose_rows(catalogue.robot("iiwa14"), True)
 
@@ -98,7 +102,7 @@ def test_an_arm_without_postures_has_no_shoulder_row():
     ("name", "keep", "mount"),
     [(n, False, None) for n in ROBOTS] + [("puma560", True, None), ("ur10e", True, TILTED), ("iiwa14", False, TILTED)],
 )
-def test_derivatives_are_exact(name, keep, mount):
+def test_derivatives_are_exact(name: str, keep: bool, mount: tuple[float, ...] | None) -> None:
     """Jacobian against central differences of the rows, Hessian against those of the Jacobian."""
     robot, base, joints, target = point_of(name, 5)
     joints = joints + 0.05  # off the solution
@@ -108,10 +112,10 @@ def test_derivatives_are_exact(name, keep, mount):
     at = np.concatenate([base, joints])
     lam = np.random.default_rng(0).normal(size=size)
 
-    def jacobian(x):
+    def jacobian(x: Floats) -> Floats:
         return np.array(rows.jacobian(x[:BASE], x[BASE:], numbers)).reshape(n, size).T
 
-    def value(x):
+    def value(x: Floats) -> Floats:
         return np.array(rows.value(x[:BASE], x[BASE:], numbers)).ravel()
 
     steps = 1e-6 * np.eye(n)
@@ -129,7 +133,7 @@ def test_derivatives_are_exact(name, keep, mount):
     assert np.allclose(upper + np.triu(upper, 1).T, numeric, rtol=0.0, atol=1e-6)
 
 
-def test_targets_are_columns_then_position():
+def test_targets_are_columns_then_position() -> None:
     target = transform(rotation_z(0.3) @ rotation_x(0.5), [1.0, 2.0, 3.0])
     numbers = target_numbers(np.array([target, np.eye(4)]))
     assert numbers.shape == (12, 2)
@@ -137,7 +141,7 @@ def test_targets_are_columns_then_position():
     assert np.array(ca.reshape(ca.DM(numbers[:9, 0]), 3, 3)) == pytest.approx(target[:3, :3])
 
 
-def test_rows_are_compiled_once():
+def test_rows_are_compiled_once() -> None:
     robot = catalogue.robot("puma560")
     assert pose_rows(robot, True) is pose_rows(robot, True)
     assert pose_rows(robot, True) is not pose_rows(robot, False)

@@ -3,35 +3,37 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Unpack
 
 import numpy as np
 import pytest
 
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import rotation_z, transform
 from duocell.models.cell.task import Task
 from duocell.models.kinematics.branches import signs_of
-from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.kinematics.kinematics import flange_poses
 from duocell.models.robot.posture import ALL_SIGNS
-from duocell.optimizer.nlp.program import ArmSolution, Cuts, build_program, describe, joint_bounds
-from tests.support.given.arms import make_arm, region
-from tests.support.given.tasks import possible
+from duocell.optimizer.nlp.program import ArmSolution, Cuts, Program, build_program, describe, joint_bounds
+from tests.support.given.arms import form_of, make_arm, region
+from tests.support.given.fields import WitnessFields
+from tests.support.given.tasks import Possible, possible
+from tests.support.given.witness import witness_of
+from tests.support.present import present
 
 
-def witness(name: str, seed: int = 0, poses: int = 4, **given):
+def witness(name: str, seed: int = 0, poses: int = 4, **given: Unpack[WitnessFields]) -> tuple[Possible, ArmSolution]:
     """A possible task and its witness as a point."""
     task = possible(name, np.random.default_rng(seed), poses=poses, **given)
-    form = closed_form(task.arm.robot)
-    signs = None if form is None else tuple(int(s) for s in signs_of(form, task.joints[0]))
-    return task, ArmSolution(task.position, task.yaw, task.joints, signs)
+    return task, witness_of(task)
 
 
-def rows_at(program, points) -> np.ndarray:
+def rows_at(program: Program, points: list[ArmSolution]) -> Floats:
     return np.array(program.structure.jacobian(program.pack(points), program.parameters)[0]).ravel()
 
 
 @pytest.mark.parametrize("name", ["puma560", "ur10e", "iiwa14", "yumi_left", "fanuc_crx10ia"])
-def test_the_witness_satisfies_every_row_and_bound(name):
+def test_the_witness_satisfies_every_row_and_bound(name: str) -> None:
     task, point = witness(name)
     keep = point.signs is not None
     program = build_program(task.cell, [task.arm], [point], keep_shoulder=keep, steps=True)
@@ -47,7 +49,7 @@ def test_the_witness_satisfies_every_row_and_bound(name):
 @pytest.mark.parametrize("steps", [False, True])
 @pytest.mark.parametrize("cuts", [False, True])
 @pytest.mark.parametrize("keep", [False, True])
-def test_every_row_has_a_label_of_its_own(steps, cuts, keep):
+def test_every_row_has_a_label_of_its_own(steps: bool, cuts: bool, keep: bool) -> None:
     task, point = witness("puma560")
     arms = [task.arm, replace(task.arm, name="other")]
     given = [Cuts(np.ones((4, 6)), np.full(4, -1.0))] * 2 if cuts else None
@@ -60,7 +62,7 @@ def test_every_row_has_a_label_of_its_own(steps, cuts, keep):
     assert "rows" in describe(program)
 
 
-def test_labels_name_the_row_they_stand_for():
+def test_labels_name_the_row_they_stand_for() -> None:
     """Disturbing one thing changes the rows whose labels speak of it."""
     task, point = witness("puma560")
     given = [Cuts(np.ones((4, 6)), np.full(4, -1.0))]
@@ -84,7 +86,7 @@ def test_labels_name_the_row_they_stand_for():
     }
 
 
-def test_points_are_packed_and_unpacked_arm_by_arm():
+def test_points_are_packed_and_unpacked_arm_by_arm() -> None:
     first, a = witness("puma560", 1)
     _, b = witness("iiwa14", 2)
     arms = [first.arm, make_arm("iiwa14", "second")]
@@ -97,7 +99,7 @@ def test_points_are_packed_and_unpacked_arm_by_arm():
         assert point.signs == again.signs
 
 
-def test_base_region_and_joint_limits_are_the_bounds():
+def test_base_region_and_joint_limits_are_the_bounds() -> None:
     task, point = witness("iiwa14")
     arm = replace(task.arm, base=region((0.1, 0.2), 0.5, (-1.0, 3.0), (2.0, 2.5)))
     program = build_program(task.cell, [arm], [point])
@@ -110,10 +112,10 @@ def test_base_region_and_joint_limits_are_the_bounds():
 
 
 @pytest.mark.parametrize("name", ["puma560", "ur10e", "kr6_r900", "j2s6s300", "z1"])
-def test_joint_bounds_keep_exactly_the_elbow_and_wrist_of_the_start(name):
+def test_joint_bounds_keep_exactly_the_elbow_and_wrist_of_the_start(name: str) -> None:
     """Inside them the two signs are those of the start; the start is inside; limits are never widened."""
     arm = make_arm(name)
-    form, rng = closed_form(arm.robot), np.random.default_rng(5)
+    form, rng = form_of(arm.robot), np.random.default_rng(5)
     for seed in range(8):
         _, point = witness(name, seed)
         low, high = joint_bounds(arm, point)
@@ -124,14 +126,14 @@ def test_joint_bounds_keep_exactly_the_elbow_and_wrist_of_the_start(name):
         finite = np.isfinite(low) & np.isfinite(high)
         joints = rng.uniform(np.where(finite, low, -3.0), np.where(finite, high, 3.0), (200, 6))
         signs = signs_of(form, joints)
-        bend = point.signs[0] * point.signs[1]
+        bend = present(point.signs)[0] * present(point.signs)[1]
         assert np.all(signs[:, 0] * signs[:, 1] == bend)
-        assert np.all(signs[:, 2] == point.signs[2])
+        assert np.all(signs[:, 2] == present(point.signs)[2])
         for joint in (2, 4):  # half a turn, cut by the limits
             assert high[joint] - low[joint] <= np.pi + 1e-12
 
 
-def test_the_shoulder_row_has_the_side_of_the_posture():
+def test_the_shoulder_row_has_the_side_of_the_posture() -> None:
     task, point = witness("puma560")
     for signs in ALL_SIGNS:
         program = build_program(task.cell, [task.arm], [replace(point, signs=signs)], keep_shoulder=True)
@@ -142,7 +144,7 @@ def test_the_shoulder_row_has_the_side_of_the_posture():
         assert set(high[:, 6]) == {np.inf if signs[0] > 0 else 0.0}
 
 
-def test_requests_of_one_shape_share_their_symbols():
+def test_requests_of_one_shape_share_their_symbols() -> None:
     task, point = witness("puma560")
     one = build_program(task.cell, [task.arm], [point])
     other = build_program(task.cell, [replace(task.arm, name="b", weights=np.ones(6))], [point])
@@ -150,7 +152,7 @@ def test_requests_of_one_shape_share_their_symbols():
     assert not np.array_equal(one.parameters, other.parameters)
 
 
-def test_targets_include_grasp_and_tool():
+def test_targets_include_grasp_and_tool() -> None:
     """The flange of an arm with tool and grasp goes where Pinocchio says it must."""
     tool, grasp = transform(rotation_z(0.4), [0.1, 0, 0.2]), transform(rotation_z(-1.0), [0, 0.3, 0])
     task, point = witness("ur5e", 3, tool=tool, grasp=grasp)
@@ -160,7 +162,7 @@ def test_targets_include_grasp_and_tool():
     assert np.abs(rows_at(program, [point])).max() < 1e-12
 
 
-def test_steps_from_segment_to_segment_have_no_bounds_and_segments_their_own_turns():
+def test_steps_from_segment_to_segment_have_no_bounds_and_segments_their_own_turns() -> None:
     task, point = witness("ur10e")
     segments = Task(task.cell.task.poses, (0, 2), weights=np.array([1.0, 1.0, 3.0, 0.0]))
     cell = replace(task.cell, task=segments)

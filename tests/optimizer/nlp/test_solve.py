@@ -12,13 +12,13 @@ import pytest
 
 from duocell.models.base.pose import rotation_angle, rotation_z, transform
 from duocell.models.cell.task import Task
-from duocell.models.kinematics.branches import signs_of
-from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.kinematics.kinematics import flange_poses
 from duocell.optimizer.nlp import solve
 from duocell.optimizer.nlp.program import ArmSolution, Cuts, build_program
 from duocell.optimizer.nlp.solve import STATUS, Solve, SolveStatus, solve_program
 from tests.support.given.tasks import Possible, possible
+from tests.support.given.witness import witness_of
+from tests.support.present import present
 
 LIBRARY = Path(ca.__file__).parent / "libcasadi_nlpsol_ipopt.so"
 HEADER = Path(ca.__file__).parent / "include" / "coin-or" / "IpReturnCodes_inc.h"
@@ -30,7 +30,7 @@ def words_of_the_plugin() -> set[str]:
     return {word.decode() for word in words} - {"IPOPT_DEFAULT_LINEAR_SOLVER"}
 
 
-def test_every_return_status_of_the_installed_ipopt_is_mapped():
+def test_every_return_status_of_the_installed_ipopt_is_mapped() -> None:
     words = words_of_the_plugin()
     assert len(words) >= 20
     assert words | {"Unknown"} == set(STATUS)
@@ -39,7 +39,7 @@ def test_every_return_status_of_the_installed_ipopt_is_mapped():
         assert words == set(codes) - {"RegularMode", "RestorationPhaseMode"}
 
 
-def test_only_successes_and_limits_have_points_worth_a_look():
+def test_only_successes_and_limits_have_points_worth_a_look() -> None:
     assert {word for word, status in STATUS.items() if status is SolveStatus.OPTIMAL} == {"Solve_Succeeded"}
     for word, status in STATUS.items():
         assert status.has_point == (
@@ -54,18 +54,16 @@ def test_only_successes_and_limits_have_points_worth_a_look():
 def started(name: str, seed: int = 0, poses: int = 4, step: float = 0.12) -> tuple[Possible, ArmSolution]:
     """A possible task and its witness, a good start."""
     task = possible(name, np.random.default_rng(seed), poses=poses, step=step, half=(0.3, 0.3, 0.0, np.pi))
-    form = closed_form(task.arm.robot)
-    signs = None if form is None else tuple(int(s) for s in signs_of(form, task.joints[0]))
-    return task, ArmSolution(task.position, task.yaw, task.joints, signs)
+    return task, witness_of(task)
 
 
-def solved(task: Possible, point: ArmSolution, time_limit: float = 60.0, **given) -> Solve:
-    program = build_program(task.cell, [task.arm], [point], keep_shoulder=point.signs is not None, **given)
+def solved(task: Possible, point: ArmSolution, time_limit: float = 60.0, cuts: list[Cuts] | None = None) -> Solve:
+    program = build_program(task.cell, [task.arm], [point], keep_shoulder=point.signs is not None, cuts=cuts)
     return solve_program(program, [point], time_limit)
 
 
 @pytest.mark.parametrize("name", ["puma560", "ur10e", "iiwa14"])
-def test_a_solve_lowers_the_cost_and_stays_within_all_bounds(name):
+def test_a_solve_lowers_the_cost_and_stays_within_all_bounds(name: str) -> None:
     task, start = started(name)
     result = solved(task, start)
     point, arm = result.points[0], task.arm
@@ -81,12 +79,12 @@ def test_a_solve_lowers_the_cost_and_stays_within_all_bounds(name):
     assert result.iterations > 0
 
 
-def test_a_solve_says_how_long_it_took():
+def test_a_solve_says_how_long_it_took() -> None:
     task, start = started("ur10e", poses=20)
     assert solved(task, start).wall_time > 0.0
 
 
-def test_time_that_has_run_out_gives_the_last_iterate():
+def test_time_that_has_run_out_gives_the_last_iterate() -> None:
     task, start = started("ur10e", poses=1200, step=0.0007)
     result = solved(task, start, 1e-3)
     assert result.engine_status == "Maximum_WallTime_Exceeded"
@@ -94,7 +92,7 @@ def test_time_that_has_run_out_gives_the_last_iterate():
     assert result.points[0].joints.shape == (1200, 6)
 
 
-def test_iterations_that_have_run_out_give_the_last_iterate(monkeypatch):
+def test_iterations_that_have_run_out_give_the_last_iterate(monkeypatch: pytest.MonkeyPatch) -> None:
     solve._solver.cache_clear()
     monkeypatch.setitem(solve.IPOPT_OPTIONS, "max_iter", 1)
     task, start = started("puma560")
@@ -105,7 +103,7 @@ def test_iterations_that_have_run_out_give_the_last_iterate(monkeypatch):
     assert result.iterations == 1
 
 
-def test_poses_that_are_too_far_apart_are_infeasible_not_an_error():
+def test_poses_that_are_too_far_apart_are_infeasible_not_an_error() -> None:
     task, start = started("puma560")
     poses = task.cell.task.poses.copy()
     poses[-1, :3, 3] += [0.0, 0.0, 3.0]
@@ -114,9 +112,9 @@ def test_poses_that_are_too_far_apart_are_infeasible_not_an_error():
     assert result.status in (SolveStatus.INFEASIBLE, SolveStatus.LIMIT, SolveStatus.FAILED)
 
 
-def test_limits_that_rule_the_posture_out_are_infeasible_not_an_error():
+def test_limits_that_rule_the_posture_out_are_infeasible_not_an_error() -> None:
     task, start = started("ur10e")
-    shoulder, elbow, wrist = start.signs
+    shoulder, elbow, wrist = present(start.signs)
     low, high = task.arm.lower.copy(), task.arm.upper.copy()
     low[2], high[2] = (0.1, 0.5) if task.joints[0, 2] > 0 else (-0.5, -0.1)
     arm = replace(task.arm, lower=low, upper=high)
@@ -127,14 +125,14 @@ def test_limits_that_rule_the_posture_out_are_infeasible_not_an_error():
     assert not result.status.has_point
 
 
-def test_a_start_that_is_no_number_fails_without_an_exception():
+def test_a_start_that_is_no_number_fails_without_an_exception() -> None:
     task, start = started("puma560")
     result = solved(task, replace(start, yaw=float("nan")))
     assert result.status is SolveStatus.FAILED
     assert not result.status.has_point
 
 
-def test_cuts_hold_at_the_solution():
+def test_cuts_hold_at_the_solution() -> None:
     """A linear row on the joints of one pose is respected and costs something."""
     task, start = started("puma560", 4)
     free = solved(task, start)
@@ -149,7 +147,7 @@ def test_cuts_hold_at_the_solution():
     assert held.objective > free.objective
 
 
-def test_two_arms_in_one_program_are_two_arms_alone():
+def test_two_arms_in_one_program_are_two_arms_alone() -> None:
     first, a = started("puma560", 2)
     second = replace(first.arm, name="b", reference=first.arm.reference + 0.1)
     alone = solved(first, a)
@@ -162,7 +160,7 @@ def test_two_arms_in_one_program_are_two_arms_alone():
     assert both.points[1].position == pytest.approx(other.points[0].position, abs=1e-5)
 
 
-def test_half_a_turn_of_orientation_is_never_an_answer():
+def test_half_a_turn_of_orientation_is_never_an_answer() -> None:
     """From starts turned by about 180° about random axes the solve ends at the true orientation, or says it failed."""
     rng = np.random.default_rng(0)
     task, start = started("puma560", 3)
@@ -179,7 +177,7 @@ def test_half_a_turn_of_orientation_is_never_an_answer():
             assert turned.max() < 1e-6
 
 
-def test_a_second_solve_of_the_same_shape_builds_no_second_solver():
+def test_a_second_solve_of_the_same_shape_builds_no_second_solver() -> None:
     """Deadlines differ from solve to solve by fractions of a second; building costs more than solving."""
     task, start = started("puma560", 5)
     solve._solver.cache_clear()

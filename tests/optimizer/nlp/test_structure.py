@@ -8,10 +8,11 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import rotation_from_rpy, rotation_x, rotation_z, transform
 from duocell.models.catalogue import catalogue
 from duocell.optimizer.nlp.pose_rows import TARGET, target_numbers
-from duocell.optimizer.nlp.structure import structure_of
+from duocell.optimizer.nlp.structure import Structure, structure_of
 
 UPRIGHT = tuple(np.eye(3).ravel())
 TILTED = tuple((rotation_x(1.0) @ rotation_z(0.2)).ravel())
@@ -27,12 +28,16 @@ SHAPES = [
 ]
 
 
-def built(shape):
+ProgramShape = tuple[tuple[str, ...], tuple[tuple[float, ...], ...], int, bool, bool, bool]
+"""Robots, mounts, number of poses, and which rows there are, as `SHAPES`."""
+
+
+def built(shape: ProgramShape) -> Structure:
     names, mounts, poses, keep, steps, cuts = shape
     return structure_of(tuple(catalogue.robot(name) for name in names), mounts, poses, keep, steps, cuts)
 
 
-def numbers(structure, rng):
+def numbers(structure: Structure, rng: np.random.Generator) -> tuple[Floats, Floats, Floats]:
     """A random point, parameters that make sense, multipliers."""
     parts = []
     for robot in structure.robots:
@@ -49,7 +54,9 @@ def numbers(structure, rng):
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: "-".join(map(str, (*shape[0], *shape[2:]))))
-def test_assembled_derivatives_are_casadis_own(shape):
+def test_assembled_derivatives_are_casadis_own(
+    shape: ProgramShape,
+) -> None:
     structure = built(shape)
     x, p = structure.unknowns, structure.parameters
     at, params, lam = numbers(structure, np.random.default_rng(0))
@@ -79,12 +86,14 @@ def test_assembled_derivatives_are_casadis_own(shape):
 @pytest.mark.parametrize(
     "shape", [SHAPES[0], SHAPES[4], SHAPES[5]], ids=lambda shape: "-".join(map(str, (*shape[0], *shape[2:])))
 )
-def test_assembled_derivatives_are_the_limits_of_differences(shape):
+def test_assembled_derivatives_are_the_limits_of_differences(
+    shape: ProgramShape,
+) -> None:
     structure = built(shape)
     at, params, lam = numbers(structure, np.random.default_rng(1))
     lam_f, step = 1.3, 1e-6
 
-    def first(x):
+    def first(x: Floats) -> tuple[Floats, Floats]:
         _, gradient = structure.gradient(x, params)
         rows, jacobian = structure.jacobian(x, params)
         return np.array(rows).ravel(), lam_f * np.array(gradient).ravel() + np.array(jacobian.full()).T @ lam
@@ -100,7 +109,9 @@ def test_assembled_derivatives_are_the_limits_of_differences(shape):
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: "-".join(map(str, (*shape[0], *shape[2:]))))
-def test_only_the_upper_triangle_is_stored_and_blocks_stay_sparse(shape):
+def test_only_the_upper_triangle_is_stored_and_blocks_stay_sparse(
+    shape: ProgramShape,
+) -> None:
     structure = built(shape)
     rows, columns = structure.hessian.sparsity_out(0).get_triplet()
     assert all(i <= j for i, j in zip(rows, columns, strict=True))
@@ -109,7 +120,7 @@ def test_only_the_upper_triangle_is_stored_and_blocks_stay_sparse(shape):
     assert len(rows) <= most
 
 
-def test_objective_is_the_sum_over_arms_poses_and_joints():
+def test_objective_is_the_sum_over_arms_poses_and_joints() -> None:
     structure = built(SHAPES[5])
     at, params, _ = numbers(structure, np.random.default_rng(2))
     total, i, j = 0.0, 0, 0
@@ -123,12 +134,12 @@ def test_objective_is_the_sum_over_arms_poses_and_joints():
     assert float(structure.gradient(at, params)[0]) == pytest.approx(total, rel=1e-13)
 
 
-def test_shapes_are_compiled_once():
+def test_shapes_are_compiled_once() -> None:
     assert built(SHAPES[0]) is built(SHAPES[0])
     assert built(SHAPES[0]) is not built(SHAPES[1])
 
 
-def test_size_of_a_long_task_does_not_slow_the_build():
+def test_size_of_a_long_task_does_not_slow_the_build() -> None:
     """Mapped functions, no expansion: a thousand poses are stated in well under a second or two."""
     started = perf_counter()
     structure = structure_of((catalogue.robot("rx160"),), (UPRIGHT,), 1000, True, True, False)

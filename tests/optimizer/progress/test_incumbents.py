@@ -18,6 +18,7 @@ from duocell.optimizer.progress.incumbents import arm_found, layout_found, recor
 from duocell.optimizer.settings import Settings
 from duocell.service.workers.reports import text_of
 from tests.support.given.acceptance import load
+from tests.support.present import present
 
 LINE, _ = load("line")
 POINT = ArmSolution(np.array([0.1, 0.2, 0.0]), 0.5, np.zeros((len(LINE.task), 6)), (1, 1, 1))
@@ -58,7 +59,7 @@ def test_the_last_incumbent_of_a_solve_is_its_answer() -> None:
         layout = optimize(LINE, Settings(certificate=None))
     last = [event for event in told if isinstance(event, Incumbent)][-1]
     assert last.objective == pytest.approx(layout.objective)
-    assert 0.0 < layout.search.first_feasible_time <= layout.search.wall_time + 1.0
+    assert 0.0 < present(layout.search.first_feasible_time) <= layout.search.wall_time + 1.0
     said = json.loads(text_of(last))
     for arm, placement in zip(said["arms"], layout.placements, strict=True):
         assert arm["name"] == placement.arm

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import NoReturn
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ from tests.support.given.blocked import carried, far_box, one_arm
 from tests.support.given.tasks import possible
 
 
-def out_of_time(*arguments: Any, **named: Any) -> Any:
+def out_of_time(*arguments: object, **named: object) -> NoReturn:
     raise OutOfTime
 
 
@@ -36,7 +36,9 @@ def plain() -> Cell:
 
 
 @pytest.mark.parametrize("make", [plain, lambda: one_arm(task=carried(3), obstacles=(far_box(),))])
-def test_the_best_layout_so_far_is_checked_and_says_what_is_missing(make: Callable[[], Cell], monkeypatch) -> None:
+def test_the_best_layout_so_far_is_checked_and_says_what_is_missing(
+    make: Callable[[], Cell], monkeypatch: pytest.MonkeyPatch
+) -> None:
     cell = make()
     whole = optimize(cell, Settings(certificate=None))
     monkeypatch.setattr(duocell.optimizer.optimize, "prove", out_of_time)
@@ -52,7 +54,7 @@ def test_the_best_layout_so_far_is_checked_and_says_what_is_missing(make: Callab
     assert "not computed, and null or empty here: certificate; allow more time" in limit_reached(cut)
 
 
-def test_without_any_layout_it_is_not_known(monkeypatch) -> None:
+def test_without_any_layout_it_is_not_known(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(duocell.optimizer.optimize, "search_arm", out_of_time)
     layout = optimize(plain(), Settings(time_limit=7.0))
     assert (layout.outcome, layout.placements, layout.certificate) == (Outcome.UNKNOWN, (), None)
@@ -60,7 +62,7 @@ def test_without_any_layout_it_is_not_known(monkeypatch) -> None:
     assert "certificate" in limit_reached(layout)
 
 
-def test_a_tolerance_that_takes_too_long_is_named_and_costs_nothing_else(monkeypatch) -> None:
+def test_a_tolerance_that_takes_too_long_is_named_and_costs_nothing_else(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(duocell.optimizer.advice, "tolerance_of", out_of_time)
     layout = optimize(plain(), Settings(tolerance=ToleranceSettings()))
     assert layout.usable
@@ -69,7 +71,7 @@ def test_a_tolerance_that_takes_too_long_is_named_and_costs_nothing_else(monkeyp
     assert "tolerance" in limit_reached(layout)
 
 
-def test_of_an_explanation_that_is_cut_is_kept_what_blocks(monkeypatch) -> None:
+def test_of_an_explanation_that_is_cut_is_kept_what_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     cell = one_arm(task=carried(4), base=region((1.9, 2.0), (-0.1, 0.1)))
     settings = Settings(explain=True)
     whole = optimize(cell, settings)

@@ -49,7 +49,11 @@ def test_every_cell_has_a_timetable(settings: Settings) -> None:
     tied = replace(LINE, surroundings=Surroundings(clearances=Clearances(0.03)))
     for cell in (LINE, tied):
         shares: list[float] = []
-        table = timetable(cell, settings, lambda what, share, shares=shares: shares.append(share))
+
+        def note(what: str, share: float, shares: list[float] = shares) -> None:
+            shares.append(share)
+
+        table = timetable(cell, settings, note)
         for name in ("arms", "together", "proof", "verify", "explain", "tolerance", "baselines"):
             table.stage(name)(name, 0.0)
             table.stage(name)(name, 1.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Unpack
 
 import numpy as np
 import pytest
@@ -10,14 +11,15 @@ import pytest
 from duocell.models.base.pose import transform
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import Task
-from duocell.models.kinematics.branches import signs_of
-from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.kinematics.kinematics import flange_poses, reach
 from duocell.models.robot.posture import Posture
 from duocell.optimizer.optimize import optimize
 from duocell.optimizer.results.layout import Layout, Reason
-from tests.support.given.arms import make_arm, region
-from tests.support.given.tasks import Possible, possible
+from tests.support.given.arms import make_arm, only_at, region
+from tests.support.given.fields import PossibleFields
+from tests.support.given.tasks import Possible, possible, with_arm
+from tests.support.given.witness import posture_of_witness
+from tests.support.present import present
 
 KINDS = {"out_of_reach", "joint_limit", "joint_step", "posture", "conditioning", "limit_reached"}
 
@@ -45,35 +47,27 @@ def why(cell: Cell) -> tuple[Layout, tuple[Reason, ...]]:
     return layout, reasons
 
 
-def standing(name: str, seed: int = 0, **given) -> Possible:
+def standing(name: str, seed: int = 0, **given: Unpack[PossibleFields]) -> Possible:
     """A possible task whose base is fixed where the witness stands."""
     task = possible(name, np.random.default_rng(seed), **given)
-    arm = replace(task.arm, base=region(*task.position, task.yaw))
+    arm = replace(task.arm, base=only_at(task.position, task.yaw))
     return replace(task, cell=replace(task.cell, arms=(arm,)))
 
 
-def with_arm(task: Possible, **changes) -> Cell:
-    return replace(task.cell, arms=(replace(task.arm, **changes),))
-
-
-def witness_posture(task: Possible) -> Posture:
-    return Posture(*(int(s) for s in signs_of(closed_form(task.arm.robot), task.joints[0])))
-
-
 @pytest.mark.parametrize("name", ["puma560", "ur10e", "iiwa14", "fanuc_crx10ia", "yumi_left"])
-def test_a_region_far_away_is_out_of_reach_for_certain(name):
+def test_a_region_far_away_is_out_of_reach_for_certain(name: str) -> None:
     task = standing(name)
     layout, (reason,) = why(with_arm(task, base=region((10, 11), (10, 11))))
     assert layout.proved
     assert reason.kind == "out_of_reach"
     assert reason.poses == tuple(range(len(task.cell.task)))
     gap = np.linalg.norm(task.cell.flange_targets(task.arm)[:, :2, 3] - [10.0, 10.0], axis=1).max()
-    assert 0.0 < reason.amount <= gap  # at least so much is missing
+    assert 0.0 < present(reason.amount) <= gap  # at least so much is missing
     assert reason.unit == "m"
 
 
 @pytest.mark.parametrize("name", ["puma560", "iiwa14"])
-def test_only_the_poses_that_are_far_away_are_named(name):
+def test_only_the_poses_that_are_far_away_are_named(name: str) -> None:
     task = standing(name, poses=6)
     poses = task.cell.task.poses.copy()
     poses[[2, 5], 1, 3] += 9.0
@@ -82,7 +76,7 @@ def test_only_the_poses_that_are_far_away_are_named(name):
     assert (reason.kind, reason.poses) == ("out_of_reach", (2, 5))
 
 
-def test_two_poses_too_far_apart_for_any_base_are_both_named():
+def test_two_poses_too_far_apart_for_any_base_are_both_named() -> None:
     task = possible("ur5e", np.random.default_rng(1), poses=5)
     poses = task.cell.task.poses.copy()
     poses[1, 0, 3] -= 3.0
@@ -95,7 +89,7 @@ def test_two_poses_too_far_apart_for_any_base_are_both_named():
 
 
 @pytest.mark.parametrize("name", ["puma560", "ur5e", "iiwa14"])
-def test_a_pose_beyond_the_arm_but_inside_the_simple_bound_is_out_of_reach(name):
+def test_a_pose_beyond_the_arm_but_inside_the_simple_bound_is_out_of_reach(name: str) -> None:
     """The bound of the windows does not see it; the search does, and names the pose."""
     arm = make_arm(name, base=region(0, 0, 0, 0))
     inside = flange_poses(arm.robot, arm.reference)[0]
@@ -108,7 +102,7 @@ def test_a_pose_beyond_the_arm_but_inside_the_simple_bound_is_out_of_reach(name)
 
 
 @pytest.mark.parametrize("name", ["puma560", "ur10e", "kr6_r900"])
-def test_a_joint_limit_alone_is_named_with_its_poses(name):
+def test_a_joint_limit_alone_is_named_with_its_poses(name: str) -> None:
     """The base is fixed, the posture too; one joint may not go where the last poses need it."""
     for seed in range(12):
         task = standing(name, seed, poses=6, step=0.1)
@@ -125,7 +119,7 @@ def test_a_joint_limit_alone_is_named_with_its_poses(name):
             task,
             upper=upper,
             lower=lower,
-            posture=witness_posture(task),
+            posture=posture_of_witness(task),
             reference=np.clip(task.arm.reference, lower, upper),
         )
     )
@@ -141,11 +135,11 @@ def test_a_joint_limit_alone_is_named_with_its_poses(name):
 
 
 @pytest.mark.parametrize("name", ["puma560", "ur10e"])
-def test_a_posture_that_the_limits_rule_out_is_told(name):
+def test_a_posture_that_the_limits_rule_out_is_told(name: str) -> None:
     """Joint 5 may only be on one side of its singularity, and the other side is asked for."""
     task = standing(name, 3)
-    signs = witness_posture(task)
-    asked = replace(signs, wrist=-signs.wrist)
+    signs = posture_of_witness(task)
+    asked = replace(signs, wrist=1 if signs.wrist == -1 else -1)
     low = np.maximum(task.arm.lower, task.joints.min(axis=0) - 0.1)
     high = np.minimum(task.arm.upper, task.joints.max(axis=0) + 0.1)
     _, reasons = why(with_arm(task, posture=asked, lower=low, upper=high, reference=0.5 * (low + high)))
@@ -155,7 +149,7 @@ def test_a_posture_that_the_limits_rule_out_is_told(name):
     assert optimize(with_arm(task, posture=signs, lower=low, upper=high)).usable
 
 
-def test_a_path_through_a_wrist_singularity_jumps_where_it_is_said_to():
+def test_a_path_through_a_wrist_singularity_jumps_where_it_is_said_to() -> None:
     """θ5 passes zero between poses 2 and 3: in one posture θ4 and θ6 turn by half a turn there."""
     puma = make_arm("puma560", base=region(0, 0, 0, 0), posture=Posture(1, -1, 1))
     turning = np.array([0, 0, 0, 1, 0, 1])
@@ -179,7 +173,7 @@ def test_a_path_through_a_wrist_singularity_jumps_where_it_is_said_to():
     assert layout.verification.max_position_error < 1e-6
 
 
-def test_the_arm_that_fails_is_named_and_the_other_is_placed():
+def test_the_arm_that_fails_is_named_and_the_other_is_placed() -> None:
     task = possible("puma560", np.random.default_rng(5))
     good = replace(task.arm, name="good")
     bad = replace(task.arm, name="bad", base=region((30, 31), (30, 31)))
@@ -193,7 +187,7 @@ def test_the_arm_that_fails_is_named_and_the_other_is_placed():
 
 
 @pytest.mark.parametrize("name", ["iiwa14", "fanuc_crx10ia", "ur5e"])
-def test_an_impossible_joint_step_has_a_reason(name):
+def test_an_impossible_joint_step_has_a_reason(name: str) -> None:
     """Two poses half a metre apart with joints that may hardly move."""
     task = standing(name, 6, poses=2, step=0.5)
     _, reasons = why(replace(task.cell, max_joint_step=0.01))
@@ -201,7 +195,7 @@ def test_an_impossible_joint_step_has_a_reason(name):
     assert {j for reason in reasons for j in reason.poses} in ({1}, {0, 1}, set())
 
 
-def test_conditioning_that_no_base_offers_is_a_reason():
+def test_conditioning_that_no_base_offers_is_a_reason() -> None:
     task = standing("puma560", 7)
     layout, reasons = why(with_arm(task, min_conditioning=0.99))
     assert layout.proved
@@ -209,7 +203,7 @@ def test_conditioning_that_no_base_offers_is_a_reason():
     assert any("conditioning" in reason.detail for reason in reasons)
 
 
-def test_sentences_name_poses_so_that_a_person_can_find_them():
+def test_sentences_name_poses_so_that_a_person_can_find_them() -> None:
     task = standing("puma560", poses=6)
     poses = task.cell.task.poses.copy()
     poses[4, 1, 3] += 9.0

@@ -11,8 +11,7 @@ import pytest
 from duocell.models.base.pose import inverse
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import Task
-from duocell.models.kinematics.branches import signs_of
-from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.kinematics.branches import posture_of, signs_of
 from duocell.models.kinematics.kinematics import flange_poses
 from duocell.models.kinematics.wrist_singularity import wrist_distance
 from duocell.models.robot.arm import SINGULAR_WRIST, BaseRegion, Interval
@@ -26,8 +25,9 @@ from duocell.optimizer.results.layout import Outcome
 from duocell.optimizer.settings import CertificateSettings
 from duocell.optimizer.single_arm.local import solve_locally
 from duocell.optimizer.verification.verify import check
-from tests.support.given.arms import make_arm
+from tests.support.given.arms import form_of, make_arm
 from tests.support.given.tasks import Possible, possible
+from tests.support.present import present
 
 POSE = 2
 
@@ -35,8 +35,8 @@ POSE = 2
 def through(name: str, distance: float, allow: bool = False) -> tuple[Possible, ArmSolution]:
     """A task whose witness is ``distance`` rad from the wrist's singularity at one pose."""
     task = possible(name, np.random.default_rng(3), half=(0.2, 0.2, 0.0, np.pi))
-    form, joints = closed_form(task.arm.robot), task.joints.copy()
-    signs = tuple(int(s) for s in signs_of(form, joints[0]))
+    form, joints = form_of(task.arm.robot), task.joints.copy()
+    signs = posture_of(form, joints[0])
     zero = form.wrist_zero + np.pi * np.round((joints[:, 4].mean() - form.wrist_zero) / np.pi)
     side = np.sign(joints[0, 4] - zero)
     joints[:, 4] = zero + side * (distance + 0.02 * np.abs(np.arange(len(joints)) - POSE))
@@ -54,11 +54,11 @@ def fixed(task: Possible) -> Cell:
 
 @pytest.mark.parametrize("name", ["puma560", "ur10e"])
 @pytest.mark.parametrize(("distance", "usable"), [(3e-4, False), (2e-3, True)])
-def test_verification_and_reduced_problem_agree(name, distance, usable):
+def test_verification_and_reduced_problem_agree(name: str, distance: float, usable: bool) -> None:
     for allow in (False, True):
         task, point = through(name, distance, allow)
         assert check(task.cell, task.arm, point).usable is (usable or allow)
-        problem = reduced_problem(task.cell, task.arm)
+        problem = present(reduced_problem(task.cell, task.arm))
         paths = evaluate_signed(problem, point.position[None], np.array([point.signs]))
         assert bool(paths.violation[0, 0] <= 1e-9) is (usable or allow)
         every = evaluate(problem, point.position[None])
@@ -68,7 +68,7 @@ def test_verification_and_reduced_problem_agree(name, distance, usable):
 
 @pytest.mark.parametrize("given", [True, False], ids=["joints", "base"])
 @pytest.mark.parametrize("name", ["puma560", "ur10e"])
-def test_an_evaluation_names_the_pose_and_the_rule(name, given):
+def test_an_evaluation_names_the_pose_and_the_rule(name: str, given: bool) -> None:
     task, point = through(name, 3e-4)
     found = evaluate_layout(fixed(task), [point.joints] if given else None)
     assert found.outcome is Outcome.INFEASIBLE
@@ -81,9 +81,9 @@ def test_an_evaluation_names_the_pose_and_the_rule(name, given):
 
 
 @pytest.mark.parametrize(("name", "distance"), [("puma560", 0.1), ("ur10e", 2e-3)])
-def test_a_local_solve_that_is_drawn_to_the_singularity_stops_where_the_rule_says(name, distance):
+def test_a_local_solve_that_is_drawn_to_the_singularity_stops_where_the_rule_says(name: str, distance: float) -> None:
     task, point = through(name, distance)
-    form = closed_form(task.arm.robot)
+    form = form_of(task.arm.robot)
     zero = point.joints[0, 4] - np.sign(np.sin(point.joints[0, 4] - form.wrist_zero)) * wrist_distance(
         form.wrist_zero, point.joints[:1, 4]
     )
@@ -102,14 +102,14 @@ def test_a_local_solve_that_is_drawn_to_the_singularity_stops_where_the_rule_say
     assert nearest[True] < 0.9 * SINGULAR_WRIST
 
 
-def test_boxes_that_the_rule_excludes_are_told_as_singular_and_not_as_limits():
+def test_boxes_that_the_rule_excludes_are_told_as_singular_and_not_as_limits() -> None:
     arm = make_arm("ur10e", grasp=np.eye(4))
-    form = closed_form(arm.robot)
+    form = form_of(arm.robot)
     q = np.array([0.3, -1.2, 1.4, -0.5, form.wrist_zero, 0.2])
     place = Interval(0.0, 0.0)
     shoulder = Posture(shoulder=1 if signs_of(form, q)[0] > 0 else -1)
     arm = replace(arm, base=BaseRegion(place, place, place, Interval(0.0, 0.0)), posture=shoulder)
-    problem = reduced_problem(Cell(Task(flange_poses(arm.robot, q)[0][None]), (arm,)), arm)
+    problem = present(reduced_problem(Cell(Task(flange_poses(arm.robot, q)[0][None]), (arm,)), arm))
     proof = certify(problem, None, CertificateSettings(gap=1e-3, time_limit=60.0))
     assert proof.infeasible
     kinds = {(obstacle.kind, obstacle.joint) for obstacle in proof.causes}

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import rotation_z, transform
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import Task
@@ -15,9 +16,10 @@ from duocell.optimizer.reduction.box import search_box
 from duocell.optimizer.reduction.reduced import reduced_problem
 from tests.support.given.arms import region
 from tests.support.given.tasks import possible
+from tests.support.present import present
 
 
-def turned(cell: Cell, quarter: int, shift: np.ndarray) -> Cell:
+def turned(cell: Cell, quarter: int, shift: Floats) -> Cell:
     """The cell with its world turned by quarter turns and moved."""
     whole = transform(rotation_z(quarter * np.pi / 2), shift)
     arm = cell.arms[0]
@@ -35,13 +37,13 @@ def turned(cell: Cell, quarter: int, shift: np.ndarray) -> Cell:
 
 
 def frame(cell: Cell) -> BoxFrame:
-    problem = reduced_problem(cell, cell.arms[0])
+    problem = present(reduced_problem(cell, cell.arms[0]))
     return BoxFrame.of(problem, search_box(cell, cell.arms[0]))
 
 
 @pytest.mark.parametrize("half", [(0.4, 0.2, 0.0, np.pi), (0.4, 0.2, 0.1, 0.5), (0.4, 0.0, 0.0, np.pi)])
 @pytest.mark.parametrize("quarter", [1, 2, 3])
-def test_a_sample_turns_with_the_world(half, quarter):
+def test_a_sample_turns_with_the_world(half: tuple[float, float, float, float], quarter: int) -> None:
     cell = possible("puma560", np.random.default_rng(3), half=half).cell
     shift = np.array([8.0, -5.0, 0.0])
     here, there = frame(cell), frame(turned(cell, quarter, shift))
@@ -49,7 +51,7 @@ def test_a_sample_turns_with_the_world(half, quarter):
     assert there.sample(128, 0) == pytest.approx(expected, abs=1e-9)
 
 
-def test_a_sample_is_in_the_box_and_at_its_corners():
+def test_a_sample_is_in_the_box_and_at_its_corners() -> None:
     cell = possible("ur10e", np.random.default_rng(4)).cell
     one = frame(cell)
     points = one.sample(256, 0)

@@ -9,12 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import inverse, rotation_from_rpy, rotation_x, rotation_z, transform
 from duocell.models.catalogue import catalogue
 from duocell.models.catalogue.dh import robot_from_dh
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import Task
 from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.robot.arm import Arm
 from duocell.optimizer.reduction.box import reach_windows, search_box, spread
 from tests.support.given.arms import make_arm, oblique_wrist, region, skew_rows
 
@@ -23,13 +25,13 @@ GRASP = transform(rotation_from_rpy((-0.4, 1.0, 0.3)), [0.0, 0.3, -0.1])
 EVERYWHERE = region((-50, 50), (-50, 50), (-50, 50))
 
 
-def posed(arm, position, yaw, joints) -> Cell:
+def posed(arm: Arm, position: Floats, yaw: float, joints: Floats) -> Cell:
     """The cell in which the arm, standing at a place, takes all joint values (m, n)."""
     flange = transform(arm.mount @ rotation_z(yaw), position) @ flange_poses(arm.robot, joints)
     return Cell(Task(flange @ arm.tool @ inverse(arm.grasp)), (arm,))
 
 
-def holds(arm, seed: int, count: int = 300) -> None:
+def holds(arm: Arm, seed: int, count: int = 300) -> None:
     rng = np.random.default_rng(seed)
     position, yaw = rng.uniform(-5.0, 5.0, 3), rng.uniform(-np.pi, np.pi)
     cell = posed(arm, position, yaw, rng.uniform(-np.pi, np.pi, (count, arm.dof)))
@@ -43,23 +45,23 @@ def holds(arm, seed: int, count: int = 300) -> None:
 
 
 @pytest.mark.parametrize("name", catalogue.names())
-def test_the_base_is_inside_every_window_whatever_the_joints(name):
+def test_the_base_is_inside_every_window_whatever_the_joints(name: str) -> None:
     holds(make_arm(name, base=EVERYWHERE, tool=TOOL, grasp=GRASP), 1)
 
 
 @pytest.mark.parametrize("name", ["puma560", "kr6_r900", "iiwa14", "yumi_left"])
 @pytest.mark.parametrize("tilt", [0.7, np.pi / 2, np.pi])
-def test_the_base_is_inside_every_window_of_a_mounted_arm(name, tilt):
+def test_the_base_is_inside_every_window_of_a_mounted_arm(name: str, tilt: float) -> None:
     holds(make_arm(name, base=EVERYWHERE, tool=TOOL, mount=rotation_z(0.4) @ rotation_x(tilt)), 2)
 
 
-def test_an_axis_2_that_is_not_level_widens_the_window():
+def test_an_axis_2_that_is_not_level_widens_the_window() -> None:
     for angle in (0.5, 1.0, 2.2):
         holds(make_arm(robot_from_dh("skew", skew_rows(angle)), base=EVERYWHERE), 3, 3000)
     holds(make_arm(oblique_wrist(), base=EVERYWHERE), 4)
 
 
-def test_windows_are_not_much_larger_than_the_reach():
+def test_windows_are_not_much_larger_than_the_reach() -> None:
     """The stretched arm touches them: soundness is not bought with the whole plane."""
     arm = make_arm("ur10e", base=EVERYWHERE)
     straight = np.array([[0.0, -np.pi / 2 + 1.5708, 0.0, 0.0, 0.0, 0.0]])
@@ -70,7 +72,7 @@ def test_windows_are_not_much_larger_than_the_reach():
     assert np.linalg.norm(centre[:2]) > 0.8 * half[0]
 
 
-def test_the_search_box_is_what_region_and_windows_have_in_common():
+def test_the_search_box_is_what_region_and_windows_have_in_common() -> None:
     arm = make_arm("puma560", base=region((-0.2, 3.0), (0.1, 0.1), (-0.5, 0.5)))
     cell = posed(arm, np.array([0.0, 0.1, 0.0]), 0.3, np.random.default_rng(0).uniform(-1.0, 1.0, (5, 6)))
     box, windows = search_box(cell, arm), reach_windows(cell, arm)
@@ -79,7 +81,7 @@ def test_the_search_box_is_what_region_and_windows_have_in_common():
     assert box[1].tolist() == [0.1, 0.1]
 
 
-def test_no_box_is_left_where_two_poses_are_too_far_apart():
+def test_no_box_is_left_where_two_poses_are_too_far_apart() -> None:
     arm = make_arm("puma560", base=EVERYWHERE)
     cell = posed(arm, np.zeros(3), 0.0, np.zeros((2, 6)))
     poses = cell.task.poses.copy()
@@ -96,7 +98,7 @@ SIDES = st.lists(
 
 
 @given(SIDES, st.integers(0, 1000))
-def test_spread_points_are_in_the_box_and_fixed_sides_stay(sides, seed):
+def test_spread_points_are_in_the_box_and_fixed_sides_stay(sides: list[tuple[float, float]], seed: int) -> None:
     box = np.array(sides)
     points = spread(box, 16, seed)
     free = box[:, 1] > box[:, 0]
@@ -110,12 +112,12 @@ def test_spread_points_are_in_the_box_and_fixed_sides_stay(sides, seed):
         assert np.bincount(part, minlength=16).min() >= 8
 
 
-def test_other_seeds_give_other_points():
+def test_other_seeds_give_other_points() -> None:
     box = np.array([[0.0, 1.0], [0.0, 1.0]])
     assert not np.array_equal(spread(box, 8, 0), spread(box, 8, 1))
 
 
-def test_spread_returns_arrays_of_its_own():
+def test_spread_returns_arrays_of_its_own() -> None:
     box = np.array([[0.0, 1.0], [0.0, 1.0]])
     spread(box, 8, 0)[:] = 99.0
     assert spread(box, 8, 0).max() < 1.0

@@ -7,7 +7,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from duocell.optimizer.reduction.common_yaw import SegmentShifts
+from duocell.models.base.arrays import Floats
+from duocell.optimizer.reduction.common_yaw import SegmentShifts, Shifted
 from tests.support.angles import TURN
 
 TURNS = np.arange(-4, 5)
@@ -26,12 +27,12 @@ def shifts(rng: np.random.Generator, segments: int, tight: bool) -> SegmentShift
     return SegmentShifts(wanted, weights, low, high, np.asarray(rng.uniform(-3.0, 3.0)), width)
 
 
-def by_grid(given: SegmentShifts, allowed=lambda b, k: True) -> tuple[float, float]:
+def by_grid(given: SegmentShifts, least: Floats | None = None) -> tuple[float, float]:
     """Least cost, and least excess over the limits, of all turns on a fine grid of shifts."""
     y = float(given.start) + np.linspace(0.0, given.width, GRID)
     cost, excess = np.zeros(y.shape), np.zeros(y.shape)
     for b, weight in enumerate(given.weights):
-        turns = np.array([k for k in TURNS if allowed(b, k)])
+        turns = np.array([k for k in TURNS if least is None or k >= least[b]])
         total = y + TURN * turns[:, None]
         over = np.maximum(given.low[b] - total, 0.0) + np.maximum(total - given.high[b], 0.0)
         cost += np.min(np.where(over <= 1e-12, weight * (total - given.wanted[b]) ** 2, np.inf), axis=0)
@@ -39,7 +40,7 @@ def by_grid(given: SegmentShifts, allowed=lambda b, k: True) -> tuple[float, flo
     return float(cost.min()), float(excess.min())
 
 
-def cost_of(given: SegmentShifts, found) -> float:
+def cost_of(given: SegmentShifts, found: Shifted) -> float:
     total = found.yaw_shift + TURN * found.turns
     assert given.start - 1e-12 <= found.yaw_shift[0] <= given.start + given.width + 1e-12
     assert np.all(total >= given.low - 1e-9)
@@ -48,7 +49,7 @@ def cost_of(given: SegmentShifts, found) -> float:
 
 
 @pytest.mark.parametrize(("segments", "tight"), [*product((2, 3), (False, True)), (5, False)])
-def test_no_shift_is_cheaper_and_what_is_said_is_attained(segments, tight):
+def test_no_shift_is_cheaper_and_what_is_said_is_attained(segments: int, tight: bool) -> None:
     rng = np.random.default_rng(segments + 10 * tight)
     possible = 0
     for _ in range(CASES):
@@ -68,7 +69,7 @@ def test_no_shift_is_cheaper_and_what_is_said_is_attained(segments, tight):
     assert CASES - possible > 20 if tight else possible > 20
 
 
-def test_turns_can_be_asked_for():
+def test_turns_can_be_asked_for() -> None:
     rng = np.random.default_rng(3)
     compared = 0
     for _ in range(CASES):
@@ -79,7 +80,7 @@ def test_turns_can_be_asked_for():
         least, most = np.full((3, 1), -np.inf), np.full((3, 1), np.inf)
         least[1] = best.turns[1] + 1.0
         found = given.best(least, most)
-        grid, _ = by_grid(given, lambda b, k, floor=least[1, 0]: b != 1 or k >= floor)
+        grid, _ = by_grid(given, least[:, 0])
         assert found.cost[0] <= grid + 1e-9
         assert found.cost[0] >= best.cost[0] - 1e-9
         if np.isfinite(found.cost[0]):
@@ -89,7 +90,7 @@ def test_turns_can_be_asked_for():
     assert compared > 10
 
 
-def test_many_cases_at_once_are_those_one_by_one():
+def test_many_cases_at_once_are_those_one_by_one() -> None:
     rng = np.random.default_rng(5)
     cases = [shifts(rng, 2, False) for _ in range(20)]
     joined = SegmentShifts(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise, product
 
@@ -20,15 +21,15 @@ from tests.support.oracles.answers import reached, turn_between
 
 
 @given(st.integers(0, 10**6), st.lists(st.integers(1, 4), min_size=1, max_size=5), st.floats(0.2, 3.0))
-def test_the_cheapest_path_through_random_layers_is_found(seed, sizes, max_step):
+def test_the_cheapest_path_through_random_layers_is_found(seed: int, sizes: list[int], max_step: float) -> None:
     rng = np.random.default_rng(seed)
     layers = [rng.uniform(-4.0, 4.0, (size, 3)) for size in sizes]
     costs = [rng.uniform(0.0, 10.0, size) for size in sizes]
 
-    def total(path) -> float:
+    def total(path: Sequence[int]) -> float:
         chosen = [layer[k] for layer, k in zip(layers, path, strict=True)]
-        cost = sum(c[k] for c, k in zip(costs, path, strict=True))
-        steps = [np.abs(wrapped(b - a)).max() for a, b in pairwise(chosen)]
+        cost = sum(float(c[k]) for c, k in zip(costs, path, strict=True))
+        steps = [float(np.abs(wrapped(b - a)).max()) for a, b in pairwise(chosen)]
         return cost + sum(LEAP * max(step - max_step, 0.0) + 1e-6 * step for step in steps)
 
     said, found = _shortest(layers, costs, max_step)
@@ -40,7 +41,7 @@ def test_the_cheapest_path_through_random_layers_is_found(seed, sizes, max_step)
 
 @pytest.mark.parametrize("name", ["puma560", "ur10e", "iiwa14", "gen3", "ur3e"])
 @pytest.mark.parametrize("skip", [False, True])
-def test_costs_of_branches_are_those_of_their_best_turns(name, skip):
+def test_costs_of_branches_are_those_of_their_best_turns(name: str, skip: bool) -> None:
     arm = replace(make_arm(name), avoid_singularities=False)  # the rule has a cost of its own
     rng = np.random.default_rng(0)
     layer = rng.uniform(-3.0 * np.pi, 3.0 * np.pi, (200, arm.dof))
@@ -58,7 +59,7 @@ def test_costs_of_branches_are_those_of_their_best_turns(name, skip):
 
 
 @pytest.mark.parametrize("name", ["iiwa14", "franka_panda", "fanuc_crx10ia", "yumi_left", "jaco2", "ur5e"])
-def test_paths_from_the_base_of_the_witness_reach_every_pose(name):
+def test_paths_from_the_base_of_the_witness_reach_every_pose(name: str) -> None:
     task = possible(name, np.random.default_rng(4), poses=4, step=0.05)
     path = best_path(task.cell, task.arm, task.position, task.yaw)
     assert path.unreached == ()
@@ -78,14 +79,14 @@ def test_paths_from_the_base_of_the_witness_reach_every_pose(name):
         assert path.objective <= witness + 1e-6
 
 
-def test_paths_of_mounted_arms_stand_where_they_say():
+def test_paths_of_mounted_arms_stand_where_they_say() -> None:
     task = possible("iiwa14", np.random.default_rng(5), poses=3, step=0.05, mount=rotation_x(2.2))
     path = best_path(task.cell, task.arm, task.position, task.yaw)
     for pose, q in zip(task.cell.task.poses, path.joints, strict=True):
         assert np.abs(reached(task.arm, path.position, path.yaw, q) - pose).max() < 1e-5
 
 
-def test_poses_out_of_reach_are_named():
+def test_poses_out_of_reach_are_named() -> None:
     task = possible("iiwa14", np.random.default_rng(6), poses=4)
     poses = task.cell.task.poses.copy()
     poses[[1, 3], 2, 3] += 20.0
@@ -96,7 +97,7 @@ def test_poses_out_of_reach_are_named():
     assert path.joints.shape == (0, 7)
 
 
-def test_layers_are_branches_of_the_chosen_poses():
+def test_layers_are_branches_of_the_chosen_poses() -> None:
     task = possible("ur5e", np.random.default_rng(7), poses=5)
     layers = layers_at(task.cell, task.arm, task.position, task.yaw, np.array([0.0, 4.0]))
     assert len(layers) == 2

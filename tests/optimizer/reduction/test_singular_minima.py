@@ -9,31 +9,33 @@ import pytest
 
 from bench.draws.random_tasks import random_cell
 from duocell.models.kinematics.chain import chain_of
-from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.kinematics.kinematics import flange_poses
 from duocell.models.kinematics.straight_wrist import can_be_straight, straight_wrists
 from duocell.optimizer.certificate.certify import certify
 from duocell.optimizer.reduction.reduced import reduced_problem
 from duocell.optimizer.settings import CertificateSettings, Settings
 from duocell.optimizer.single_arm.search import search_arm
-from tests.support.given.arms import make_arm, random_joints
+from tests.support.given.arms import form_of, make_arm, random_joints
+from tests.support.present import present
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-def test_the_follower_of_random_19_stands_at_the_tip_of_its_notch(seed):
+def test_the_follower_of_random_19_stands_at_the_tip_of_its_notch(seed: int) -> None:
     cell = random_cell(19)
     arm = replace(cell.arms[1], avoid_singularities=False)  # its tip is at the singularity itself
     search = search_arm(cell, arm, Settings(seed=seed), np.inf)
-    proof = certify(reduced_problem(cell, arm), search.objective, CertificateSettings(gap=1e-3, time_limit=20.0))
+    proof = certify(
+        present(reduced_problem(cell, arm)), search.objective, CertificateSettings(gap=1e-3, time_limit=20.0)
+    )
     assert proof.found is None
     assert search.objective == pytest.approx(29.7922, rel=1e-5)
-    assert proof.lower_bound <= search.objective
+    assert present(proof.lower_bound) <= present(search.objective)
 
 
 @pytest.mark.parametrize("name", ["puma560", "kr6_r900", "irb120"])
-def test_straight_wrists_are_found_where_they_were_made(name):
+def test_straight_wrists_are_found_where_they_were_made(name: str) -> None:
     arm = make_arm(name)
-    form = closed_form(arm.robot)
+    form = form_of(arm.robot)
     assert can_be_straight(form)
     assert chain_of(arm.robot).vertical_sign
     q = random_joints(arm, 20, np.random.default_rng(5), 0.1)

@@ -16,12 +16,12 @@ from duocell.optimizer.reduction.screening import Candidate, screen
 from duocell.optimizer.settings import Settings
 from duocell.optimizer.single_arm.nearest import nearest_candidate, nearest_path
 from tests.support.given.tasks import possible
+from tests.support.present import present
 
 
 def test_the_candidate_that_breaks_least_of_the_whole_task_is_chosen_whatever_it_costs() -> None:
     task = possible("ur10e", np.random.default_rng(3))
-    problem = reduced_problem(task.cell, task.arm)
-    assert problem is not None
+    problem = present(reduced_problem(task.cell, task.arm))
     signs = screen(problem, search_box(task.cell, task.arm), 0).candidates[0].signs
     places = task.position + np.array([[2.0, 0.0, 0.0], [1.6, 0.0, 0.0], [1.3, 0.0, 0.0]])
     broken = evaluate_signed(problem, places, np.array([signs] * 3)).violation[0]

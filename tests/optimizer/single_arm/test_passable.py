@@ -19,7 +19,7 @@ from duocell.optimizer.verification.verify import check
 
 
 @pytest.mark.parametrize("seed", [11, 13, 21])
-def test_the_answer_can_be_followed_where_the_best_at_the_poses_cannot(seed):
+def test_the_answer_can_be_followed_where_the_best_at_the_poses_cannot(seed: int) -> None:
     cell = random_cell(seed)
     stuck = 0
     for arm in cell.arms:
@@ -41,7 +41,7 @@ def test_the_answer_can_be_followed_where_the_best_at_the_poses_cannot(seed):
     assert stuck == 1
 
 
-def test_places_are_poses_of_no_weight_in_their_order_and_segment():
+def test_places_are_poses_of_no_weight_in_their_order_and_segment() -> None:
     cell = random_cell(0)
     poses, weights = cell.task.poses[:5], np.array([1.0, 2.0, 3.0, 4.0, 5.0])
     task = Task(poses, starts=(0, 2), weights=weights)

@@ -7,6 +7,7 @@ import time
 import numpy as np
 import pytest
 
+from duocell.models.robot.posture import ALL_SIGNS
 from duocell.optimizer.nlp.measure import objective_of
 from duocell.optimizer.reduction.base_sample import BoxFrame
 from duocell.optimizer.reduction.box import search_box
@@ -16,23 +17,22 @@ from duocell.optimizer.single_arm.local import solve_locally
 from duocell.optimizer.single_arm.refinement import MOST, brought_to_optimum, path_from
 from duocell.optimizer.verification.verify import check
 from tests.support.given.tasks import possible
-
-SIGNS = [(a, b, c) for a in (1, -1) for b in (1, -1) for c in (1, -1)]
+from tests.support.present import present
 
 
 @pytest.mark.parametrize("name", ["ur10e", "kr6_r900"])
-def test_a_candidate_ends_where_the_local_solver_ends(name):
+def test_a_candidate_ends_where_the_local_solver_ends(name: str) -> None:
     task = possible(name, np.random.default_rng(2), half=(0.2, 0.2, 0.0, np.pi))
-    problem, box = reduced_problem(task.cell, task.arm), search_box(task.cell, task.arm)
-    paths = evaluate_signed(problem, np.tile(task.position, (8, 1)), np.array(SIGNS))
+    problem, box = present(reduced_problem(task.cell, task.arm)), search_box(task.cell, task.arm)
+    paths = evaluate_signed(problem, np.tile(task.position, (8, 1)), np.array(ALL_SIGNS))
     k = int(np.argmin(np.where(paths.violation[0] == 0.0, paths.objective[0], np.inf)))
-    start = path_from(problem, task.position, SIGNS[k])
+    start = path_from(problem, task.position, ALL_SIGNS[k])
     assert objective_of(task.cell.task, task.arm, start.joints) == pytest.approx(paths.objective[0, k], rel=1e-9)
     solved = solve_locally(task.cell, task.arm, start, time.perf_counter() + 60.0)
     near = np.clip(solved.points[0].position + np.array([0.03, -0.02, 0.0]), box[:, 0], box[:, 1])
-    paths = evaluate_signed(problem, near[None], np.array([SIGNS[k]]))
+    paths = evaluate_signed(problem, near[None], np.array([ALL_SIGNS[k]]))
     assert paths.violation[0, 0] == 0.0
-    candidate = Candidate(near, SIGNS[k], float(paths.objective[0, 0]), 0.0)
+    candidate = Candidate(near, ALL_SIGNS[k], float(paths.objective[0, 0]), 0.0)
     radius = np.array([0.03, 0.03, 0.0])
     found = brought_to_optimum(task.cell, problem, BoxFrame.of(problem, box), radius, [candidate] * (MOST + 2))
     assert len(found) == MOST
@@ -41,9 +41,9 @@ def test_a_candidate_ends_where_the_local_solver_ends(name):
     assert solved.objective * (1.0 - 1e-6) <= value <= min(solved.objective * (1.0 + 1e-4), candidate.objective)
 
 
-def test_what_is_not_usable_in_the_end_is_dropped():
+def test_what_is_not_usable_in_the_end_is_dropped() -> None:
     task = possible("puma560", np.random.default_rng(2), half=(0.2, 0.2, 0.0, np.pi))
-    problem, box = reduced_problem(task.cell, task.arm), search_box(task.cell, task.arm)
+    problem, box = present(reduced_problem(task.cell, task.arm)), search_box(task.cell, task.arm)
     away = Candidate(task.position + np.array([5.0, 0.0, 0.0]), (1, 1, 1), 1.0, 0.0)
     frame = BoxFrame.of(problem, np.stack([away.position, away.position], axis=1))
     assert brought_to_optimum(task.cell, problem, frame, np.zeros(3), [away]) == []

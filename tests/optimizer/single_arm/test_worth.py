@@ -13,12 +13,13 @@ from duocell.optimizer.reduction.reduced import evaluate_signed, reduced_problem
 from duocell.optimizer.reduction.screening import screen
 from duocell.optimizer.single_arm.worth import MOVED, USABLE_TOO, WORTH, worth_solving
 from tests.support.given.tasks import possible
+from tests.support.present import present
 
 
-def test_a_usable_candidate_is_solved_from_where_the_cheapest_are_not_usable():
+def test_a_usable_candidate_is_solved_from_where_the_cheapest_are_not_usable() -> None:
     """Six places with a joint step that is too long are cheaper than the one with the best base."""
     cell = draw("random", 199)
-    problem = reduced_problem(cell, cell.arms[0])
+    problem = present(reduced_problem(cell, cell.arms[0]))
     found = screen(problem, search_box(cell, cell.arms[0]), 0)
     assert all(candidate.violation > 0.0 for candidate in found.candidates[:MOVED])
     worth = worth_solving(found, problem)
@@ -27,10 +28,10 @@ def test_a_usable_candidate_is_solved_from_where_the_cheapest_are_not_usable():
     assert MOVED < len(worth) <= MOVED + USABLE_TOO
 
 
-def test_candidates_are_scored_on_the_whole_task_and_none_is_much_dearer_than_the_best():
+def test_candidates_are_scored_on_the_whole_task_and_none_is_much_dearer_than_the_best() -> None:
     task = possible("ur10e", np.random.default_rng(4), half=(0.4, 0.4, 0.0, np.pi))
     stays = Task(np.repeat(task.cell.task.poses, [1] * (len(task.cell.task) - 1) + [150], axis=0))
-    problem = reduced_problem(replace(task.cell, task=stays), task.arm)
+    problem = present(reduced_problem(replace(task.cell, task=stays), task.arm))
     found = screen(problem, search_box(task.cell, task.arm), 0)
     assert len(found.problem.positions) < len(problem.positions)
     worth = worth_solving(found, problem)

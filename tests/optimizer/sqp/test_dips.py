@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from bench.trials.coupled_tasks import coupled_task
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import inverse
 from duocell.models.cell.singular_margins import margin_terms
-from duocell.models.kinematics.branches import signs_of
-from duocell.models.kinematics.closed_form import closed_form
 from duocell.optimizer.clearance.path_samples import follow
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.sqp.dips import NEAR, dips, followed_dips
 from duocell.optimizer.verification.scene import Scene
+from tests.support.given.witness import signs_at
 
 FINE = np.linspace(0.0, 1.0, 301)
 
@@ -25,18 +25,14 @@ def known_layout() -> tuple[Scene, list[ArmSolution]]:
     task = coupled_task(9)
     points = []
     for arm, stand, joints in zip(task.cell.arms, task.known.stands, task.known.joints, strict=True):
-        form = closed_form(arm.robot)
-        assert form is not None
-        a, b, c = (int(sign) for sign in signs_of(form, joints[0]))
-        points.append(ArmSolution(stand[:3], float(stand[3]), joints, (a, b, c)))
+        points.append(ArmSolution(stand[:3], float(stand[3]), joints, signs_at(arm.robot, joints[0])))
     return Scene.of(task.cell), points
 
 
-def margin_along(scene: Scene, index: int, point: ArmSolution, step: int) -> np.ndarray:
+def margin_along(scene: Scene, index: int, point: ArmSolution, step: int) -> Floats:
     """(301,) the least margin term on a step, the arm followed by Newton's method from place to place."""
     arm, q = scene.cell.arms[index], point.joints[step]
-    form, base = closed_form(arm.robot), arm.base_in_world(point.position, point.yaw)
-    assert form is not None
+    base = arm.base_in_world(point.position, point.yaw)
     objects = scene.path.at(np.full(len(FINE), step), FINE)
     found = []
     for flange in objects @ scene.cell.grasps(arm)[step] @ inverse(arm.tool):
@@ -47,15 +43,18 @@ def margin_along(scene: Scene, index: int, point: ArmSolution, step: int) -> np.
     return np.array(found)
 
 
+Case = tuple[Scene, list[ArmSolution], dict[tuple[int, int], Floats]]
+
+
 @pytest.fixture(scope="module")
-def case():
+def case() -> Case:
     """A scene, its layout, and the margins on every step of every arm."""
     scene, points = known_layout()
     steps = range(len(scene.cell.task) - 1)
     return scene, points, {(a, k): margin_along(scene, a, points[a], k) for a in range(len(points)) for k in steps}
 
 
-def test_a_dip_is_found_again_from_beside_it(case):
+def test_a_dip_is_found_again_from_beside_it(case: Case) -> None:
     scene, points, margins_of = case
     looked_at = 0
     for (index, step), margin in margins_of.items():
@@ -69,7 +68,7 @@ def test_a_dip_is_found_again_from_beside_it(case):
     assert looked_at > 0
 
 
-def test_a_way_that_keeps_its_margins_has_no_dips_to_be_asked_for(case):
+def test_a_way_that_keeps_its_margins_has_no_dips_to_be_asked_for(case: Case) -> None:
     scene, points, margins_of = case
     for (index, step), margin in margins_of.items():
         assert (min(margin) < 0.0) == bool(dips(scene, index, points[index], step))

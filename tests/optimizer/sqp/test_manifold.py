@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from duocell.models.base.arrays import Floats
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import Task
 from duocell.models.kinematics.kinematics import flange_poses
 from duocell.optimizer.nlp.measure import objective_of
 from duocell.optimizer.nlp.program import ArmSolution
-from duocell.optimizer.sqp.manifold import Unknowns, directions, move
+from duocell.optimizer.sqp.manifold import Directions, Unknowns, directions, move
 from duocell.optimizer.sqp.quadratic import quadratic
 from tests.support.given.arms import make_arm
 from tests.support.given.tasks import possible
@@ -18,7 +19,7 @@ from tests.support.given.tasks import possible
 NAMES = ["puma560", "ur10e", "fanuc_crx10ia", "iiwa14"]
 
 
-def layout(name: str, poses: int = 4):
+def layout(name: str, poses: int = 4) -> tuple[Cell, ArmSolution, Unknowns, list[Directions]]:
     task = possible(name, np.random.default_rng(3), poses=poses)
     point = ArmSolution(task.position, task.yaw, task.joints, None)
     unknowns = Unknowns.of(task.cell)
@@ -33,7 +34,7 @@ def error(cell: Cell, point: ArmSolution) -> float:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_moved_layout_is_exactly_on_its_task_and_moves_as_the_directions_say(name):
+def test_a_moved_layout_is_exactly_on_its_task_and_moves_as_the_directions_say(name: str) -> None:
     cell, point, unknowns, along = layout(name)
     rng = np.random.default_rng(8)
     for size in (1e-2, 1e-5):
@@ -49,7 +50,7 @@ def test_a_moved_layout_is_exactly_on_its_task_and_moves_as_the_directions_say(n
     assert np.abs(change - expected).max() < 1e-7
 
 
-def test_unknowns_of_redundant_arms_are_counted_pose_by_pose():
+def test_unknowns_of_redundant_arms_are_counted_pose_by_pose() -> None:
     cell = Cell(Task(np.tile(np.eye(4), (3, 1, 1))), (make_arm("iiwa14", "a"), make_arm("puma560", "b")))
     unknowns = Unknowns.of(cell)
     assert unknowns.count == 8 + 3
@@ -57,14 +58,14 @@ def test_unknowns_of_redundant_arms_are_counted_pose_by_pose():
     assert unknowns.own(1, 3).tolist() == [4, 5, 6, 7]
 
 
-def test_a_step_that_no_arm_can_follow_is_refused():
+def test_a_step_that_no_arm_can_follow_is_refused() -> None:
     cell, point, unknowns, along = layout("puma560")
     _, missing = move(cell, [point], along, unknowns, np.array([5.0, 0.0, 0.0, 0.0]))
     assert missing > 1.0
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_model_of_the_objective_is_right_to_first_and_for_plain_arms_to_second_order(name):
+def test_the_model_of_the_objective_is_right_to_first_and_for_plain_arms_to_second_order(name: str) -> None:
     cell, point, unknowns, along = layout(name)
     model = quadratic(cell, [point], along, unknowns)
     rng = np.random.default_rng(1)
@@ -72,7 +73,7 @@ def test_the_model_of_the_objective_is_right_to_first_and_for_plain_arms_to_seco
     for _ in range(5):
         way = rng.normal(size=unknowns.count)
 
-        def cost(step, way=way):
+        def cost(step: float, way: Floats = way) -> float:
             moved, _ = move(cell, [point], along, unknowns, step * way)
             return objective_of(cell.task, cell.arms[0], moved[0].joints)
 

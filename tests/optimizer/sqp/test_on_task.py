@@ -8,7 +8,7 @@ from tests.support.given.arms import make_arm
 
 
 @pytest.mark.parametrize("name", ["puma560", "ur10e"])
-def test_joints_take_the_poses_in_the_posture_and_on_the_turns_that_are_near(name):
+def test_joints_take_the_poses_in_the_posture_and_on_the_turns_that_are_near(name: str) -> None:
     arm = make_arm(name, "a")
     rng = np.random.default_rng(4)
     base = arm.base_in_world(np.array([0.3, -0.2, 0.1]), 0.4)
@@ -24,7 +24,7 @@ def test_joints_take_the_poses_in_the_posture_and_on_the_turns_that_are_near(nam
     assert taken == 20  # the posture that the pose was made of, on its own turns
 
 
-def test_what_is_missed_is_how_far_a_pose_is_beyond_reach():
+def test_what_is_missed_is_how_far_a_pose_is_beyond_reach() -> None:
     arm = make_arm("puma560", "a")
     q = np.array([0.3, -0.4, 0.0, 0.2, 0.7, 0.1])
     away = flange_poses(arm.robot, q)[0].copy()

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize
+from scipy.optimize import Bounds, LinearConstraint, minimize
 
 from duocell.models.base.arrays import Floats
 from duocell.optimizer.sqp.linear_rows import LinearRows
@@ -26,15 +26,22 @@ def random_program(seed: int) -> QuadraticProgram:
 
 def slsqp(program: QuadraticProgram) -> Floats | None:
     """The same program by Kraft's method, which takes it for any nonlinear one."""
+
+    def value(x: Floats) -> float:
+        return float(0.5 * x @ program.curvature @ x + program.gradient @ x)
+
+    def slope(x: Floats) -> Floats:
+        return np.asarray(program.curvature @ x + program.gradient)
+
     found = minimize(
-        lambda x: 0.5 * x @ program.curvature @ x + program.gradient @ x,
+        value,
         0.5 * (program.lower + np.minimum(program.upper, program.lower + 2.0)),
-        jac=lambda x: program.curvature @ x + program.gradient,
-        constraints=[
-            {"type": "ineq", "fun": lambda x: program.rows @ x - program.least, "jac": lambda _: program.rows}
-        ],
-        bounds=list(zip(program.lower, program.upper, strict=True)),
-        options={"ftol": 1e-12, "maxiter": 500},
+        method="SLSQP",
+        jac=slope,
+        constraints=LinearConstraint(program.rows, program.least, np.inf),
+        bounds=Bounds(program.lower, program.upper),
+        tol=1e-12,
+        options={"maxiter": 500},
     )
     return np.asarray(found.x) if found.success else None
 

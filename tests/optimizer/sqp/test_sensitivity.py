@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import rotation_x, rotation_z, transform
 from duocell.models.kinematics.kinematics import flange_poses
 from duocell.optimizer.clearance.path_samples import follow
@@ -16,12 +17,12 @@ STEP = 1e-5
 
 @pytest.mark.parametrize("mount", [np.eye(3), rotation_x(np.pi), rotation_x(0.6)], ids=["floor", "ceiling", "slope"])
 @pytest.mark.parametrize("name", ["puma560", "ur10e", "kr6_r900", "fanuc_crx10ia"])
-def test_joints_follow_the_base_as_inverse_kinematics_say(name, mount):
+def test_joints_follow_the_base_as_inverse_kinematics_say(name: str, mount: Floats) -> None:
     arm = make_arm(name)
     q = random_joints(arm, 20, np.random.default_rng(4), 0.3)
     place = np.array([0.2, -0.3, 0.4, 0.7])
 
-    def base_at(p):
+    def base_at(p: Floats) -> Floats:
         return transform(mount @ rotation_z(p[3]), p[:3])
 
     flanges = base_at(place) @ flange_poses(arm.robot, q)
@@ -35,7 +36,7 @@ def test_joints_follow_the_base_as_inverse_kinematics_say(name, mount):
         assert np.allclose(slopes[regular, :, axis], expected[regular], rtol=1e-3, atol=1e-3)
 
 
-def test_redundant_arms_move_as_little_as_possible():
+def test_redundant_arms_move_as_little_as_possible() -> None:
     arm = make_arm("iiwa14")
     q = random_joints(arm, 10, np.random.default_rng(5), 0.3)
     slopes = joints_by_base(arm.robot, np.eye(3), q)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from typing import Unpack
 
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import inverse, transform
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.floor import Footprint
@@ -24,12 +26,16 @@ from duocell.optimizer.clearance.path_samples import ObjectPath
 from duocell.optimizer.nlp.measure import placed as place
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.optimize import optimize
+from duocell.optimizer.results.findings import Clearance
+from duocell.optimizer.results.placement import Placement
 from duocell.optimizer.settings import Settings, ToleranceSettings
 from duocell.optimizer.tolerance.tolerance import LARGEST, tolerance_of
 from tests.support.given.arms import make_arm, region
-from tests.support.given.cells import beam_pair
+from tests.support.given.cells import Scene, beam_pair
+from tests.support.given.fields import ArmFields
 from tests.support.given.solids import FLOOR
 from tests.support.oracles.dense import _newton as newton
+from tests.support.present import present
 
 BENT = {
     "puma560": [0.2, -0.6, 2.2, 0.3, 0.9, 0.0],
@@ -39,7 +45,7 @@ BENT = {
 }
 
 
-def at_rest(robot: str, q=None, **given) -> tuple[Cell, list]:
+def at_rest(robot: str, q: list[float] | None = None, **given: Unpack[ArmFields]) -> tuple[Cell, list[Placement]]:
     """An arm that holds a part still, its base at the origin of the world."""
     arm = make_arm(robot, **given)
     joints = np.array(BENT[robot] if q is None else q, dtype=float)
@@ -49,14 +55,14 @@ def at_rest(robot: str, q=None, **given) -> tuple[Cell, list]:
     return cell, [place(cell, cell.arms[0], point)]
 
 
-def pair() -> tuple[Cell, list]:
+def pair() -> tuple[Cell, list[Placement]]:
     """Two arms with a beam, grippers and pedestals on the floor, and a layout of them."""
     scene = beam_pair(count=4, shift=(0.2, 0.0, 0.05), clearances=Clearances(0.01, 0.01, 0.01, 0.01, None))
     cell = replace(scene.cell, surroundings=scene.surroundings)
     return cell, placed(cell, scene.bases, scene.joints)
 
 
-def placed(cell: Cell, bases, joints) -> list:
+def placed(cell: Cell, bases: Floats, joints: list[Floats]) -> list[Placement]:
     placements = []
     for arm, base, q in zip(cell.arms, bases, joints, strict=True):
         yaw = float(np.arctan2(base[1, 0], base[0, 0]))
@@ -65,7 +71,7 @@ def placed(cell: Cell, bases, joints) -> list:
 
 
 @pytest.mark.parametrize("robot", list(BENT))
-def test_tiny_errors_cost_what_the_sensitivity_says(robot):
+def test_tiny_errors_cost_what_the_sensitivity_says(robot: str) -> None:
     cell, placements = at_rest(robot)
     found = tolerance_of(cell, placements, (), ToleranceSettings(1e-5, 1e-5))
     before = placements[0].minimum_margin
@@ -75,7 +81,7 @@ def test_tiny_errors_cost_what_the_sensitivity_says(robot):
     assert found.clearances == {}
 
 
-def test_a_yaw_error_is_taken_up_by_joint_1_alone():
+def test_a_yaw_error_is_taken_up_by_joint_1_alone() -> None:
     """Joint 1 turns about the vertical, so its margin shrinks by the angle, and the angle may grow to the margin."""
     q = np.array(BENT["puma560"])
     lower = make_arm("puma560").lower.copy()
@@ -90,7 +96,7 @@ def test_a_yaw_error_is_taken_up_by_joint_1_alone():
 
 
 @pytest.mark.parametrize(("direction", "worst"), [(0.0, 1.0), (np.pi / 4, np.sqrt(2.0))])
-def test_a_pedestal_comes_nearer_to_a_post_by_the_error_towards_it(direction, worst):
+def test_a_pedestal_comes_nearer_to_a_post_by_the_error_towards_it(direction: float, worst: float) -> None:
     """Round pedestal, round post: their distance is that of the axes less the radii, whatever the yaw."""
     apart = 0.1 + 0.05 + 0.04
     post = Body(
@@ -113,7 +119,7 @@ def test_a_pedestal_comes_nearer_to_a_post_by_the_error_towards_it(direction, wo
     assert "post come nearer than 10 mm" in much.note
 
 
-def test_the_floor_that_an_arm_is_bolted_to_is_never_in_its_way():
+def test_the_floor_that_an_arm_is_bolted_to_is_never_in_its_way() -> None:
     cell, placements = pair()
     found = tolerance_of(cell, placements, (), ToleranceSettings(0.002, 0.0))
     assert FLOOR in cell.surroundings.obstacles
@@ -121,7 +127,7 @@ def test_the_floor_that_an_arm_is_bolted_to_is_never_in_its_way():
     assert found.largest > 3.0  # at which pedestals stick 6 mm into the floor, more than what counts as standing on it
 
 
-def test_an_arm_that_is_all_but_stretched_cannot_follow_a_base_that_is_too_far_away():
+def test_an_arm_that_is_all_but_stretched_cannot_follow_a_base_that_is_too_far_away() -> None:
     cell, placements = at_rest("ur10e", [0.0, -0.4, 0.05, 0.3, -1.2, 0.0])
     found = tolerance_of(cell, placements, (), ToleranceSettings(0.002, 0.0))
     assert 0.0 < found.feasible < 1.0
@@ -129,7 +135,7 @@ def test_an_arm_that_is_all_but_stretched_cannot_follow_a_base_that_is_too_far_a
     assert "cannot follow in its posture" in found.note
 
 
-def test_conditioning_that_is_asked_for_counts():
+def test_conditioning_that_is_asked_for_counts() -> None:
     cell, placements = at_rest("ur10e")
     strict = replace(cell.arms[0], min_conditioning=placements[0].minimum_conditioning - 1e-5)
     found = tolerance_of(replace(cell, arms=(strict,)), placements, (), ToleranceSettings(0.002, 0.0))
@@ -137,7 +143,7 @@ def test_conditioning_that_is_asked_for_counts():
     assert "min_conditioning" in found.note
 
 
-def test_a_joint_step_that_is_all_but_too_long_counts():
+def test_a_joint_step_that_is_all_but_too_long_counts() -> None:
     cell, placements = pair()
     longest = max(float(np.max(np.abs(np.diff(p.joints, axis=0)))) for p in placements)
     tight = replace(cell, max_joint_step=longest + 1e-4)
@@ -146,7 +152,7 @@ def test_a_joint_step_that_is_all_but_too_long_counts():
     assert "too long a step" in found.note
 
 
-def test_from_one_segment_to_the_next_a_joint_may_take_another_turn():
+def test_from_one_segment_to_the_next_a_joint_may_take_another_turn() -> None:
     cell, placements = at_rest("ur10e", [0.0, -1.4, 1.5, -1.6, -1.5, 0.5])
     turned = placements[0].joints + 2.0 * np.pi * np.array([[0, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, -1]])
     segments = replace(cell, task=Task(cell.task.poses, (0, 1)), max_joint_step=0.3)
@@ -157,7 +163,7 @@ def test_from_one_segment_to_the_next_a_joint_may_take_another_turn():
     assert tolerance_of(one_segment, [replace(placements[0], joints=turned)], (), asked).feasible == 0.0
 
 
-def least_margin(cell: Cell, placements, error) -> float:
+def least_margin(cell: Cell, placements: list[Placement], error: Floats) -> float:
     """What a layout with errors (A, 4) keeps of limits, steps and distances, by Pinocchio and Coal."""
     model = CollisionModel(cell.arms, cell.surroundings).bolted(
         np.stack([arm.base_in_world(p.position, p.yaw) for arm, p in zip(cell.arms, placements, strict=True)])
@@ -173,13 +179,13 @@ def least_margin(cell: Cell, placements, error) -> float:
         least = min(least, cell.max_joint_step - float(np.max(np.abs(np.diff(q, axis=0)))))
     for k, pose in enumerate(cell.task.poses):
         for kind, contact in model.contacts(np.stack(bases), [q[k] for q in joints], pose).items():
-            least = min(least, contact.distance - cell.surroundings.clearances.required(kind))
+            least = min(least, contact.distance - present(cell.surroundings.clearances.required(kind)))
     return least
 
 
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=4, deadline=None)
-def test_no_error_inside_the_largest_tolerance_breaks_anything(seed):
+def test_no_error_inside_the_largest_tolerance_breaks_anything(seed: int) -> None:
     """Errors that nobody aimed, corners among them; a ball is 2 to 15 mm farther from an arm than it has to be."""
     rng = np.random.default_rng(seed)
     cell, placements = pair()
@@ -200,7 +206,7 @@ def test_no_error_inside_the_largest_tolerance_breaks_anything(seed):
         assert least_margin(cell, placements, error * largest) > -1e-6
 
 
-def nearest_ball(cell: Cell, placements) -> float:
+def nearest_ball(cell: Cell, placements: list[Placement]) -> float:
     """Distance of the ball from the arms at the poses."""
     model = CollisionModel(cell.arms, cell.surroundings)
     bases = np.stack([arm.base_in_world(p.position, p.yaw) for arm, p in zip(cell.arms, placements, strict=True)])
@@ -213,7 +219,7 @@ def nearest_ball(cell: Cell, placements) -> float:
     return min(near)
 
 
-def test_between_the_poses_distances_count_too():
+def test_between_the_poses_distances_count_too() -> None:
     """A ball where an elbow passes between two poses: it comes nearer there than at them."""
     scene = beam_pair(count=2, shift=(0.5, 0.0, 0.0), clearances=Clearances(arm_obstacle=0.006))
     middle, at_poses = elbows(scene)
@@ -235,7 +241,7 @@ def test_between_the_poses_distances_count_too():
     assert "after pose 0" in found.note
 
 
-def elbows(scene) -> tuple[np.ndarray, np.ndarray]:
+def elbows(scene: Scene) -> tuple[Floats, Floats]:
     """Where the first arm's joint 3 is halfway between the two poses (3,), and at them (2, 3)."""
     arm, base = scene.cell.arms[0], scene.bases[0]
     q = np.vstack([scene.joints[0], halfway(scene)[0]])
@@ -243,7 +249,7 @@ def elbows(scene) -> tuple[np.ndarray, np.ndarray]:
     return at[2], at[:2]
 
 
-def halfway(scene) -> list[np.ndarray]:
+def halfway(scene: Scene) -> list[Floats]:
     """Joints of all arms halfway between the two poses, by Newton's method."""
     pose = ObjectPath(scene.cell.task.poses).at(np.array([0]), np.array([0.5]))[0]
     found = []
@@ -252,12 +258,12 @@ def halfway(scene) -> list[np.ndarray]:
     return found
 
 
-def with_ball(cell: Cell, centre) -> Cell:
+def with_ball(cell: Cell, centre: Floats) -> Cell:
     ball = Body("ball", transform(np.eye(3), centre), Sphere(0.02))
     return replace(cell, surroundings=replace(cell.surroundings, obstacles=(FLOOR, ball)))
 
 
-def gap_halfway(cell: Cell, scene) -> float:
+def gap_halfway(cell: Cell, scene: Scene) -> float:
     """Distance of the ball from the arms halfway."""
     pose = ObjectPath(cell.task.poses).at(np.array([0]), np.array([0.5]))[0]
     near = CollisionModel(cell.arms, cell.surroundings).near(
@@ -266,12 +272,12 @@ def gap_halfway(cell: Cell, scene) -> float:
     return min(contact.distance for contact in near if contact.second == "ball")
 
 
-def optimum_clearances(cell: Cell, scene):
+def optimum_clearances(cell: Cell, scene: Scene) -> tuple[Clearance, ...]:
     model = CollisionModel(cell.arms, cell.surroundings)
     return found_clearances(check_clearance(cell, model, cell.surroundings.clearances, scene.bases, scene.joints))
 
 
-def test_an_uncoupled_layout_gets_its_tolerance():
+def test_an_uncoupled_layout_gets_its_tolerance() -> None:
     start, end = (transform(np.eye(3), [x, 0.55, 0.2]) for x in (-0.15, 0.15))
     arm = make_arm("puma560", base=region((-0.5, 0.5), (-0.5, 0.5)))
     cell = Cell(line(start, end, 6), (arm,))
@@ -283,7 +289,7 @@ def test_an_uncoupled_layout_gets_its_tolerance():
     assert optimize(cell).tolerance is None
 
 
-def test_it_is_quick():
+def test_it_is_quick() -> None:
     cell, placements = pair()
     cell = replace(cell, task=Task(np.repeat(cell.task.poses, 4, axis=0)))
     placements = [replace(p, joints=np.repeat(p.joints, 4, axis=0)) for p in placements]

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import inverse, rotation_about, rotation_vector, transform
 from duocell.models.catalogue import catalogue
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import Task
-from duocell.models.kinematics.branches import signs_of, solve_signed
+from duocell.models.kinematics.branches import posture_of, signs_of, solve_signed
 from duocell.models.kinematics.chain import chain_of
-from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.kinematics.kinematics import flange_poses
 from duocell.models.robot.arm import Arm
 from duocell.models.robot.linear_limits import LinearLimits
@@ -21,8 +21,9 @@ from duocell.optimizer.clearance.path_samples import ObjectPath, follow, keep_in
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.verification.arm_path import check_arm_path
 from duocell.optimizer.verification.words import arm_path_faults
-from tests.support.given.arms import make_arm
+from tests.support.given.arms import form_of, make_arm
 from tests.support.given.tasks import Possible, possible
+from tests.support.given.witness import witness_of
 
 
 def dense(task: Possible, point: ArmSolution, count: int) -> tuple[bool, float]:
@@ -47,8 +48,8 @@ def given(name: str, seed: int, step: float) -> tuple[Possible, ArmSolution]:
     """Two postures at a random distance; some of the ways between them leave reach or pass singularities."""
     task = possible(name, np.random.default_rng(seed), poses=2, step=0.1)
     rng = np.random.default_rng([seed, 1])
-    joints, form = task.joints.copy(), closed_form(task.arm.robot)
-    signs = tuple(int(s) for s in signs_of(form, joints[0]))
+    joints, form = task.joints.copy(), form_of(task.arm.robot)
+    signs = posture_of(form, joints[0])
     while True:
         away = joints[0] + rng.uniform(-step, step, task.arm.dof)
         joints[1] = np.clip(away, task.arm.lower, task.arm.upper)
@@ -60,7 +61,7 @@ def given(name: str, seed: int, step: float) -> tuple[Possible, ArmSolution]:
 
 
 @pytest.mark.parametrize("name", ["puma560", "ur10e"])
-def test_breaks_are_those_of_a_dense_continuation(name):
+def test_breaks_are_those_of_a_dense_continuation(name: str) -> None:
     found = []
     for seed in range(8):
         task, point = given(name, seed, step=2.0)
@@ -84,61 +85,62 @@ def broken() -> tuple[Possible, ArmSolution]:
     raise AssertionError("no way breaks")
 
 
-def test_a_break_is_told_with_the_poses_between_which_one_is_missing():
+def test_a_break_is_told_with_the_poses_between_which_one_is_missing() -> None:
     task, point = broken()
     (reason,) = arm_path_faults(check_arm_path(task.cell, task.arm, point).breaks, ())
     assert (reason.kind, reason.poses) == ("joint_step", (0, 1))
     assert "add a pose between 0 and 1" in reason.detail
 
 
-def test_from_segment_to_segment_there_is_no_way():
+def test_from_segment_to_segment_there_is_no_way() -> None:
     task, point = broken()
     assert check_arm_path(replace(task.cell, task=Task(task.cell.task.poses, starts=(0, 1))), task.arm, point).free
 
 
-def test_a_redundant_arm_is_followed_by_newtons_method():
+def test_a_redundant_arm_is_followed_by_newtons_method() -> None:
     task = possible("iiwa14", np.random.default_rng(4), poses=4, step=0.1)
-    assert check_arm_path(task.cell, task.arm, ArmSolution(task.position, task.yaw, task.joints)).free
+    assert check_arm_path(task.cell, task.arm, witness_of(task)).free
 
 
-def test_a_redundant_arm_gives_way_to_a_limit_between_its_poses():
+def half_way() -> tuple[Possible, Floats, Floats, Floats]:
+    """A redundant arm with two poses: its base, and flange and joints half way."""
     task = possible("iiwa14", np.random.default_rng(4), poses=2, step=0.5)
-    point = ArmSolution(task.position, task.yaw, task.joints)
     path, base = ObjectPath(task.cell.task.poses), task.arm.base_in_world(task.position, task.yaw)
     flange = path.at(np.zeros(1, dtype=int), np.array([0.5])) @ task.arm.grasp @ inverse(task.arm.tool)
     (middle,), _ = follow(task.arm.robot, base, flange, task.joints[:1], task.joints[1:])
+    return task, base, flange, middle
+
+
+def test_a_redundant_arm_gives_way_to_a_limit_between_its_poses() -> None:
+    task, base, flange, middle = half_way()
     over = middle - np.max(task.joints, axis=0)
     joint = int(np.argmax(over))
     assert over[joint] > 1e-3
     upper = task.arm.upper.copy()
     upper[joint] = middle[joint] - 0.5 * over[joint]
     arm = replace(task.arm, upper=upper)
-    assert check_arm_path(replace(task.cell, arms=(arm,)), arm, point).free
+    assert check_arm_path(replace(task.cell, arms=(arm,)), arm, witness_of(task)).free
     (inside,), arrived = keep_inside(arm, base, flange, middle[None])
     assert arrived[0]
     assert inside[joint] == upper[joint]
     np.testing.assert_allclose(base @ flange_poses(arm.robot, inside[None])[0], flange[0], atol=1e-7)
 
 
-def test_a_redundant_arm_gives_way_to_a_linear_limit_between_its_poses():
-    task = possible("iiwa14", np.random.default_rng(4), poses=2, step=0.5)
-    point = ArmSolution(task.position, task.yaw, task.joints)
-    path, base = ObjectPath(task.cell.task.poses), task.arm.base_in_world(task.position, task.yaw)
-    flange = path.at(np.zeros(1, dtype=int), np.array([0.5])) @ task.arm.grasp @ inverse(task.arm.tool)
-    (middle,), _ = follow(task.arm.robot, base, flange, task.joints[:1], task.joints[1:])
+def test_a_redundant_arm_gives_way_to_a_linear_limit_between_its_poses() -> None:
+    task, base, flange, middle = half_way()
     row = np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0])
     ends, over = float(np.max(task.joints @ row)), float(middle @ row)
     assert over - ends > 5e-2
     limits = LinearLimits(("sum",), row[None], np.array([over - 4.0]), np.array([over - 0.5 * (over - ends)]))
     arm = replace(task.arm, linear_limits=limits)
-    assert check_arm_path(replace(task.cell, arms=(arm,)), arm, point).free
+    assert check_arm_path(replace(task.cell, arms=(arm,)), arm, witness_of(task)).free
     (inside,), arrived = keep_inside(arm, base, flange, middle[None])
     assert arrived[0]
     assert float(inside @ row) == pytest.approx(float(limits.upper[0]), abs=1e-8)
     np.testing.assert_allclose(base @ flange_poses(arm.robot, inside[None])[0], flange[0], atol=1e-7)
 
 
-def test_joints_that_no_spare_freedom_brings_to_their_sum_do_not_arrive():
+def test_joints_that_no_spare_freedom_brings_to_their_sum_do_not_arrive() -> None:
     task = possible("iiwa14", np.random.default_rng(4), poses=2, step=0.5)
     limits = LinearLimits(("sum",), np.eye(7)[:1], np.array([5.0]), np.array([6.0]))
     arm = replace(task.arm, linear_limits=limits)
@@ -154,8 +156,7 @@ def past_stretched(elbow: float, outwards: float = 0.0) -> tuple[Cell, Arm, ArmS
     all but ``elbow`` rad; then all of the way is moved ``outwards`` m.
     """
     robot = catalogue.robot("puma560")
-    form, chain = closed_form(robot), chain_of(robot)
-    assert form is not None
+    form, chain = form_of(robot), chain_of(robot)
     q = np.array([0.0, 0.3, -form.turns[2] * form.planar.elbow_angle + elbow, 0.4, 0.8, 0.2])
     flange, axis = flange_poses(robot, q)[0], chain.axes[1]
     wrist = flange[:3, 3] + flange[:3, :3] @ form.wrist_in_flange
@@ -165,7 +166,7 @@ def past_stretched(elbow: float, outwards: float = 0.0) -> tuple[Cell, Arm, ArmS
     angles = np.array([-0.3, 0.0, 0.4])
     poses = transform(rotation_about(axis, angles), middle[:3, 3] + outwards * along)
     arm = make_arm("puma560", grasp=inverse(middle) @ flange)
-    signs = tuple(int(s) for s in signs_of(form, q + 1e-3 * np.eye(6)[2] if elbow == 0.0 else q))
+    signs = posture_of(form, q + 1e-3 * np.eye(6)[2] if elbow == 0.0 else q)
     flanges = (poses @ arm.grasp)[::2]
     found = solve_signed(form, flanges[:, :3, :3], flanges[None, :, :3, 3], np.array([signs]))
     joints = found.joints[:, 0, 0].T
@@ -176,7 +177,9 @@ def past_stretched(elbow: float, outwards: float = 0.0) -> tuple[Cell, Arm, ArmS
     ("elbow", "outwards", "free"),
     [(2e-3, 0.0, True), (5e-4, 0.0, False), (0.0, 0.0, False), (0.0, 2e-6, False), (0.0, -1e-4, True)],
 )
-def test_an_elbow_that_is_all_but_stretched_between_two_poses_is_seen(elbow, outwards, free):
+def test_an_elbow_that_is_all_but_stretched_between_two_poses_is_seen(
+    elbow: float, outwards: float, free: bool
+) -> None:
     checked = check_arm_path(*past_stretched(elbow, outwards))
     assert checked.samples < 100
     assert (not checked.breaks) == free
@@ -193,7 +196,7 @@ def stretched_at(pose: int) -> tuple[Cell, Arm, ArmSolution]:
     step = rotation_vector(ends[0, :3, :3].T @ ends[1, :3, :3])
     peak = (0.0, 3.0 / 7.0, 1.0)
     fractions = {0: (3.0 / 7.0, 0.7, 1.0), 1: peak, 2: (0.0, 0.2, 3.0 / 7.0)}[pose]
-    form, angle = closed_form(arm.robot), float(np.linalg.norm(step))
+    form, angle = form_of(arm.robot), float(np.linalg.norm(step))
     turns = rotation_about(step / angle, angle * np.array(fractions))
     poses = transform(ends[0, :3, :3] @ turns, np.tile(ends[0, :3, 3], (3, 1)))
     flanges = poses @ arm.grasp
@@ -203,7 +206,7 @@ def stretched_at(pose: int) -> tuple[Cell, Arm, ArmSolution]:
     return replace(cell, task=Task(poses)), arm, replace(point, joints=joints)
 
 
-def test_a_way_may_begin_and_end_at_a_singularity_but_not_go_through_one():
+def test_a_way_may_begin_and_end_at_a_singularity_but_not_go_through_one() -> None:
     assert [check_arm_path(*stretched_at(pose)).free for pose in range(3)] == [True, False, True]
     cell, arm, point = stretched_at(1)
     (found, *_) = check_arm_path(cell, arm, point).breaks
@@ -212,7 +215,7 @@ def test_a_way_may_begin_and_end_at_a_singularity_but_not_go_through_one():
     assert check_arm_path(alone, arm, point).free
 
 
-def test_a_small_overshoot_between_poses_is_told_and_does_not_count():
+def test_a_small_overshoot_between_poses_is_told_and_does_not_count() -> None:
     """Limits lie where the poses end: ways that bend beyond them do so by little or by much."""
     seen = set()
     for seed in range(40):

@@ -3,29 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Unpack
 
 import numpy as np
 import pytest
 
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import rotation_about, rotation_x
 from duocell.models.cell.task import Task
-from duocell.models.kinematics.branches import signs_of
-from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.robot.posture import signs_from
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.verification.verify import check, summarise
+from tests.support.given.fields import ArmFields
 from tests.support.given.tasks import Possible, possible
+from tests.support.given.witness import witness_of
+from tests.support.present import present
 
 
-def witness(name: str = "puma560", **given) -> tuple[Possible, ArmSolution]:
+def witness(name: str = "puma560", **given: Unpack[ArmFields]) -> tuple[Possible, ArmSolution]:
     task = possible(name, np.random.default_rng(8), half=(0.3, 0.3, 0.2, 0.5), **given)
-    form = closed_form(task.arm.robot)
-    signs = None if form is None else tuple(int(s) for s in signs_of(form, task.joints[0]))
-    return task, ArmSolution(task.position, task.yaw, task.joints, signs)
+    return task, witness_of(task)
 
 
 @pytest.mark.parametrize("name", ["puma560", "ur10e", "iiwa14", "gen3"])
 @pytest.mark.parametrize("mount", [np.eye(3), rotation_x(2.0)], ids=["floor", "wall"])
-def test_a_witness_passes(name, mount):
+def test_a_witness_passes(name: str, mount: Floats) -> None:
     task, point = witness(name, mount=mount)
     found = check(task.cell, task.arm, point)
     assert found.usable
@@ -35,7 +37,7 @@ def test_a_witness_passes(name, mount):
     assert found.joint_step == np.abs(np.diff(point.joints, axis=0)).max()
 
 
-def test_wrong_positions_and_orientations_are_measured():
+def test_wrong_positions_and_orientations_are_measured() -> None:
     task, point = witness()
     poses = task.cell.task.poses.copy()
     poses[2, :3, 3] += [0.0, 3e-6, 4e-6]
@@ -46,7 +48,7 @@ def test_wrong_positions_and_orientations_are_measured():
     assert not found.usable
 
 
-def test_half_a_turn_is_an_error_of_half_a_turn():
+def test_half_a_turn_is_an_error_of_half_a_turn() -> None:
     task, point = witness()
     poses = task.cell.task.poses.copy()
     poses[0, :3, :3] = poses[0, :3, :3] @ np.diag([1.0, -1.0, -1.0])
@@ -54,7 +56,7 @@ def test_half_a_turn_is_an_error_of_half_a_turn():
     assert found.orientation_error == pytest.approx(np.pi, abs=1e-6)
 
 
-def test_limits_of_joints_and_base_are_measured():
+def test_limits_of_joints_and_base_are_measured() -> None:
     task, point = witness()
     upper = task.arm.upper.copy()
     upper[3] = point.joints[:, 3].max() - 0.01
@@ -63,7 +65,7 @@ def test_limits_of_joints_and_base_are_measured():
     assert check(task.cell, replace(task.arm, base=shifted), point).limits == pytest.approx(0.02)
 
 
-def test_a_yaw_outside_the_region_is_not_usable():
+def test_a_yaw_outside_the_region_is_not_usable() -> None:
     """Whatever turn it is counted in."""
     task, point = witness()
     for turn in (-2.0 * np.pi, 0.0, 2.0 * np.pi):
@@ -74,7 +76,7 @@ def test_a_yaw_outside_the_region_is_not_usable():
         assert check(task.cell, fits, point).usable
 
 
-def test_a_turn_hidden_in_a_step_is_not_usable():
+def test_a_turn_hidden_in_a_step_is_not_usable() -> None:
     task, point = witness("ur10e")
     joints = point.joints.copy()
     joints[3:, 5] += 2.0 * np.pi * (1 if joints[:, 5].max() < 0 else -1)
@@ -84,23 +86,23 @@ def test_a_turn_hidden_in_a_step_is_not_usable():
     assert not found.usable
 
 
-def test_another_posture_than_the_one_claimed_is_not_usable():
+def test_another_posture_than_the_one_claimed_is_not_usable() -> None:
     task, point = witness()
     for k in range(3):
-        signs = tuple(-s if i == k else s for i, s in enumerate(point.signs))
+        signs = signs_from(-s if i == k else s for i, s in enumerate(present(point.signs)))
         found = check(task.cell, task.arm, replace(point, signs=signs))
         assert found.posture > 1e-3
         assert not found.usable
 
 
-def test_a_posture_that_changes_on_the_way_is_not_usable():
+def test_a_posture_that_changes_on_the_way_is_not_usable() -> None:
     task, point = witness()
     joints = point.joints.copy()
     joints[2, 4] = -joints[2, 4]
     assert check(task.cell, task.arm, replace(point, joints=joints)).posture > 1e-3
 
 
-def test_conditioning_that_is_asked_for_is_checked():
+def test_conditioning_that_is_asked_for_is_checked() -> None:
     task, point = witness()
     assert check(task.cell, replace(task.arm, min_conditioning=1e-3), point).usable
     found = check(task.cell, replace(task.arm, min_conditioning=0.9), point)
@@ -108,7 +110,7 @@ def test_conditioning_that_is_asked_for_is_checked():
     assert not found.usable
 
 
-def test_the_summary_is_the_worst_of_all_arms():
+def test_the_summary_is_the_worst_of_all_arms() -> None:
     task, point = witness()
     good = check(task.cell, task.arm, point)
     bad = replace(good, position_error=1.0, limits=0.5)

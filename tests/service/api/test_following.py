@@ -16,10 +16,6 @@ Make = Callable[..., TestClient]
 WAIT = {"Prefer": "wait=10"}
 
 
-def state_of(client: TestClient, location: str) -> str:
-    return str(client.get(location).json()["status"])
-
-
 def events_of(text: str) -> list[tuple[int, str, Document]]:
     """(id, event, data) of a stream."""
     found = []

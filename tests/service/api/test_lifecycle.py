@@ -11,15 +11,11 @@ import pytest
 from fastapi.testclient import TestClient
 
 from duocell.service.common.database_url import FILE
-from tests.support.server import until
+from tests.support.server import has, state_of, until
 
 Document = dict[str, Any]
 Make = Callable[..., TestClient]
 WAIT = {"Prefer": "wait=10"}
-
-
-def state_of(client: TestClient, location: str) -> str:
-    return str(client.get(location).json()["status"])
 
 
 # ------------------------------------------------------------------------------------------------------------- cancel
@@ -241,7 +237,7 @@ def test_workers_are_given_what_is_converted_and_the_text_where_nothing_of_this_
     fake.seconds = 0.0
     client.post(f"{locations[0]}/cancel")
     for location in locations[1:]:
-        until(lambda location=location: state_of(client, location) == "succeeded")
+        until(has(client, location, "status", "succeeded"))
     assert [type(one) for one in fake.given] == [bytes, bytes, str, str]
     texts = [client.get(location).json()["request"] for location in locations]
     assert json.loads(fake.given[2]) == json.loads(fake.given[3]) == texts[0]

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import AxLine
 from matplotlib.patches import Circle, Polygon, Rectangle
 
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import quaternion_from_rotation, rotation_z, transform
 from duocell.models.catalogue.catalogue import robot
 from duocell.models.geometry.shapes import Body
@@ -25,7 +26,7 @@ TOOL = transform(rotation_z(0.3), [0.02, -0.01, 0.15])
 BASES = {"main": ([0.2, 0.9, 0.1], -0.7), "follower": ([1.5, -0.1, 0.0], 2.2)}
 
 
-def pose_document(pose: np.ndarray) -> dict[str, Any]:
+def pose_document(pose: Floats) -> dict[str, Any]:
     quaternion = quaternion_from_rotation(pose[:3, :3]).tolist()
     return {"position": pose[:3, 3].tolist(), "orientation": {"quaternion": quaternion}}
 
@@ -186,7 +187,7 @@ TABLE = {"type": "box", "size": [0.6, 0.4, 0.8]}
 PIT = [[3.0, 3.0], [4.0, 3.0], [4.0, 4.0]]
 
 
-def outlines(axes: Axes) -> list[np.ndarray]:
+def outlines(axes: Axes) -> list[Floats]:
     return [patch.get_xy()[:-1] for patch in axes.patches if isinstance(patch, Polygon)]
 
 
@@ -199,10 +200,10 @@ def some_outline(axes: Axes, corners: Any) -> bool:
     )
 
 
-def rectangle(x: float, y: float, half: tuple[float, float], angle: float) -> np.ndarray:
+def rectangle(x: float, y: float, half: tuple[float, float], angle: float) -> Floats:
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    placed: np.ndarray = corners @ turn.T + [x, y]
+    placed: Floats = corners @ turn.T + [x, y]
     return placed
 
 

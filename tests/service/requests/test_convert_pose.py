@@ -10,6 +10,7 @@ import pytest
 from pydantic import TypeAdapter
 from scipy.spatial.transform import Rotation
 
+from duocell.models.base.arrays import Floats
 from duocell.service.common.issues import IssueCollector
 from duocell.service.requests.convert_pose import pose_of, poses_of
 from duocell.service.schemas.pose import FORMS, Pose, PoseList
@@ -35,7 +36,7 @@ def as_sent(turn: Rotation, name: str) -> Any:
     return made[name]().tolist()
 
 
-def poses(count: int) -> tuple[list[dict[str, Any]], np.ndarray]:
+def poses(count: int) -> tuple[list[dict[str, Any]], Floats]:
     """Documents of poses in all formats by turns, and the matrices that they mean."""
     rng = np.random.default_rng(5)
     turns, positions = Rotation.random(count, rng=rng), rng.uniform(-2.0, 2.0, (count, 3))

@@ -4,13 +4,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from sqlalchemy import text
 
 from duocell.service.common.database_url import sqlite_url
 from duocell.service.store.engine import make_engine
 from duocell.service.store.migrate import upgrade
 from duocell.service.store.sql import SqlJobStore
 from tests.support import postgres
+from tests.support.postgres import emptied
 
 
 @pytest.fixture(scope="session")
@@ -28,13 +28,7 @@ def url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
     """Of an empty database of either kind."""
     if request.param == "sqlite":
         return sqlite_url(tmp_path)
-    found: str = request.getfixturevalue("postgres_url")
-    engine = make_engine(found)
-    with engine.begin() as connection:
-        connection.execute(text("TRUNCATE jobs, events"))
-        connection.execute(text("UPDATE lease SET owner = NULL"))
-    engine.dispose()
-    return found
+    return emptied(request.getfixturevalue("postgres_url"))
 
 
 @pytest.fixture

@@ -14,6 +14,7 @@ from duocell.service.settings import Settings
 from duocell.service.store.engine import make_engine
 from duocell.service.store.sql import SqlJobStore
 from tests.service.conftest import FakeExecutor
+from tests.support.postgres import emptied
 from tests.support.server import has, line_request, until
 
 
@@ -28,12 +29,7 @@ def cut_all_connections(url: str) -> None:
 
 @pytest.fixture
 def empty(postgres_url: str) -> str:
-    engine = make_engine(postgres_url)
-    with engine.begin() as connection:
-        connection.execute(text("TRUNCATE jobs, events"))
-        connection.execute(text("UPDATE lease SET owner = NULL"))
-    engine.dispose()
-    return postgres_url
+    return emptied(postgres_url)
 
 
 def test_possession_that_was_lost_is_taken_again_unless_somebody_else_has_it(empty: str) -> None:

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import pi
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from duocell.models.base.arrays import Floats
 from duocell.models.catalogue import catalogue
 from duocell.models.catalogue.dh import DhRow, robot_from_dh
 from duocell.models.catalogue.reference import mid_range
 from duocell.models.kinematics.closed_form import ClosedForm, closed_form
 from duocell.models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
-from duocell.models.robot.posture import Posture
 from duocell.models.robot.robot import Robot
+from tests.support.given.fields import ArmFields
 
 Side = ArrayLike | Interval
 """A number where there is nothing to choose, or both ends."""
@@ -25,6 +27,12 @@ def region(x: Side = (-1.0, 1.0), y: Side = (-1.0, 1.0), z: Side = 0.0, yaw: Sid
     return BaseRegion(_interval(x), _interval(y), _interval(z), _interval(yaw))
 
 
+def only_at(position: Floats, yaw: float) -> BaseRegion:
+    """The region of a base that may stand in one place only."""
+    x, y, z = (float(value) for value in position)
+    return region(x, y, z, float(yaw))
+
+
 def _interval(value: Side) -> Interval:
     if isinstance(value, Interval):
         return value
@@ -32,25 +40,25 @@ def _interval(value: Side) -> Interval:
     return Interval(float(low), float(high))
 
 
-def make_arm(robot: str | Robot = "puma560", name: str = "arm", base: BaseRegion | None = None, **given: Any) -> Arm:
+def make_arm(
+    robot: str | Robot = "puma560", name: str = "arm", base: BaseRegion | None = None, **given: Unpack[ArmFields]
+) -> Arm:
     """An arm of a cell; ``given`` are fields of `Arm`, the rest as a request leaves them."""
     robot = catalogue.robot(robot) if isinstance(robot, str) else robot
-    lower = np.array(given.pop("lower", robot.lower), dtype=float)
-    upper = np.array(given.pop("upper", robot.upper), dtype=float)
+    lower, upper = given.get("lower", robot.lower), given.get("upper", robot.upper)
     inside = (robot.reference >= lower) & (robot.reference <= upper)
-    return Arm(
-        name=name,
-        robot=robot,
-        tool=given.pop("tool", np.eye(4)),
-        grasp=given.pop("grasp", np.eye(4)),
+    plain = Arm(
+        name,
+        robot,
+        tool=np.eye(4),
+        grasp=np.eye(4),
         base=base or region(),
         lower=lower,
         upper=upper,
-        reference=given.pop("reference", np.where(inside, robot.reference, mid_range(lower, upper))),
-        weights=given.pop("weights", range_weights(lower, upper)),
-        posture=given.pop("posture", Posture()),
-        **given,
+        reference=np.where(inside, robot.reference, mid_range(lower, upper)),
+        weights=range_weights(lower, upper),
     )
+    return replace(plain, **given)
 
 
 def form_of(robot: Robot) -> ClosedForm:
@@ -60,7 +68,7 @@ def form_of(robot: Robot) -> ClosedForm:
     return form
 
 
-def random_joints(arm: Robot | Arm, count: int, rng: np.random.Generator, margin: float = 0.0) -> np.ndarray:
+def random_joints(arm: Robot | Arm, count: int, rng: np.random.Generator, margin: float = 0.0) -> Floats:
     """(count, n) rad inside the limits, ``margin`` rad away from them; endless joints within a turn."""
     low = np.where(np.isfinite(arm.lower), arm.lower + margin, -pi)
     high = np.where(np.isfinite(arm.upper), arm.upper - margin, pi)

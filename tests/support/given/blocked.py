@@ -6,7 +6,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 
@@ -15,12 +15,13 @@ from duocell.models.cell.cell import Cell
 from duocell.models.cell.surroundings import Clearances, Surroundings
 from duocell.models.cell.task import Task
 from duocell.models.geometry.shapes import Body, Box, Sphere
-from duocell.models.robot.arm import range_weights
+from duocell.models.robot.arm import BaseRegion, range_weights
 from duocell.optimizer.infeasibility.explain import explain
 from duocell.optimizer.infeasibility.searched.conflict import Conflict, ConflictSearch
 from duocell.optimizer.results.findings import Explanation
 from duocell.optimizer.results.layout import Layout, Outcome, Search
 from tests.support.given.arms import make_arm, region
+from tests.support.given.fields import ArmFields
 
 DOWN = rotation_x(np.pi)
 ASKED = Clearances(arm_obstacle=0.01)
@@ -33,15 +34,24 @@ def carried(count: int = 4, turn: float = 0.0, height: float = 0.35) -> Task:
     return Task(transform(rotation_z(turn * shares), positions))
 
 
-def one_arm(robot: str = "ur5e", task: Task | None = None, obstacles: Sequence[Body] = (), **given: Any) -> Cell:
+def one_arm(
+    robot: str = "ur5e",
+    task: Task | None = None,
+    obstacles: Sequence[Body] = (),
+    base: BaseRegion | None = None,
+    **given: Unpack[ArmFields],
+) -> Cell:
     """An arm that may stand within half a metre of the way, at height 0."""
+    fields: ArmFields = {
+        "grasp": transform(DOWN, np.zeros(3)),
+        "tool": transform(np.eye(3), [0.0, 0.0, 0.1]),
+        **given,
+    }
     arm = make_arm(
         robot,
         "main",
-        given.pop("base", region((-0.7, 0.7), (-0.7, 0.7))),
-        grasp=transform(DOWN, np.zeros(3)),
-        tool=transform(np.eye(3), [0.0, 0.0, 0.1]),
-        **given,
+        base or region((-0.7, 0.7), (-0.7, 0.7)),
+        **fields,
     )
     around = blocked_by(*obstacles) if obstacles else Surroundings()
     return Cell(task or carried(), (arm,), surroundings=around)

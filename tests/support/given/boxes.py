@@ -7,6 +7,7 @@ from math import pi
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
+from duocell.models.base.arrays import Floats
 from duocell.models.catalogue.catalogue import robot
 from duocell.models.catalogue.dh import robot_from_dh
 from duocell.models.cell.cell import Cell
@@ -100,7 +101,7 @@ def _arm(name: str, chain: Robot, rng: np.random.Generator, mounted: bool, level
     )
 
 
-def _limits(chain: Robot, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+def _limits(chain: Robot, rng: np.random.Generator) -> tuple[Floats, Floats]:
     lower, upper = chain.lower.copy(), chain.upper.copy()
     joint, chance = rng.integers(6), rng.random()
     if chance < 0.4:
@@ -132,7 +133,7 @@ def boxes_around(problem: ReducedProblem, count: int, rng: np.random.Generator) 
     return Boxes(places[rows[pick]] + half * rng.uniform(-1.0, 1.0, (count, 3)), half, postures[pick])
 
 
-def members(boxes: Boxes, rng: np.random.Generator, number: int) -> np.ndarray:
+def members(boxes: Boxes, rng: np.random.Generator, number: int) -> Floats:
     """(N, 3) one member of each box: now at random, now a corner or the middle of an edge or side."""
     share = rng.uniform(-1.0, 1.0, boxes.half.shape) if number % 2 else rng.choice([-1.0, 0.0, 1.0], boxes.half.shape)
     return boxes.centre + boxes.half * share

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import inverse, rotation_x, rotation_z, transform
 from duocell.models.catalogue.links import link_bodies
 from duocell.models.cell.cell import Cell
@@ -23,6 +24,7 @@ from duocell.models.robot.arm import Arm
 from duocell.models.robot.robot import Robot
 from duocell.optimizer.clearance.path_samples import follow
 from tests.support.given.arms import make_arm
+from tests.support.given.fields import SurroundingsFields
 from tests.support.given.solids import FLOOR, KINDS, random_shape
 
 ALL = Clearances(0.03, 0.03, 0.03, 0.03, 0.0)
@@ -39,16 +41,16 @@ class Scene:
 
     cell: Cell
     surroundings: Surroundings
-    bases: np.ndarray
-    joints: list[np.ndarray]
+    bases: Floats
+    joints: list[Floats]
 
 
 def holding(
     robots: Sequence[str | Robot],
-    bases: Sequence[np.ndarray],
-    postures: Sequence[np.ndarray],
-    poses: np.ndarray,
-    **surroundings: Any,
+    bases: Sequence[Floats] | Floats,
+    postures: Sequence[Floats],
+    poses: Floats,
+    **surroundings: Unpack[SurroundingsFields],
 ) -> Scene:
     """Arms that hold the object at the first pose in given postures, and follow it to the others in small steps."""
     arms: list[Arm] = []
@@ -67,7 +69,7 @@ def holding(
     return Scene(cell, Surroundings(**surroundings), np.array(bases), joints)
 
 
-def _followed(arm: Arm, base: np.ndarray, before: np.ndarray, after: np.ndarray, q: np.ndarray) -> np.ndarray:
+def _followed(arm: Arm, base: Floats, before: Floats, after: Floats, q: Floats) -> Floats:
     turn = Rotation.from_matrix(before[:3, :3].T @ after[:3, :3]).as_rotvec()
     for share in np.linspace(0.1, 1.0, 10):
         pose = transform(
@@ -100,10 +102,10 @@ def beam_pair(
 
 def holding_at(
     robot: str | Robot,
-    bases: Sequence[np.ndarray],
-    grasps: Sequence[np.ndarray],
-    poses: np.ndarray,
-    seed: np.ndarray,
+    bases: Sequence[Floats],
+    grasps: Sequence[Floats],
+    poses: Floats,
+    seed: Floats,
     obstacles: Sequence[Body],
     clearances: Clearances,
 ) -> Scene:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import strategies as st
 
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import rotation_z, transform
 from duocell.models.catalogue.catalogue import robot
 from duocell.models.cell.cell import Cell
@@ -43,7 +44,7 @@ def _problem(name: str) -> ReducedProblem:
 PROBLEMS = {name: _problem(name) for name in ("puma560", "ur5e", "gp8")}
 
 
-def _around(distance: float, bearing: float, z: float, yaw: float) -> np.ndarray:
+def _around(distance: float, bearing: float, z: float, yaw: float) -> Floats:
     """A base on a ring about the path."""
     return np.array([0.55 + distance * np.cos(bearing), 0.22 + distance * np.sin(bearing), z, yaw])
 

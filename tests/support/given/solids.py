@@ -6,6 +6,7 @@ import numpy as np
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import transform
 from duocell.models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
 
@@ -30,14 +31,14 @@ def random_shape(kind: type[Shape], rng: np.random.Generator) -> Shape:
     return kind(rng.uniform(0.02, 0.3), rng.uniform(0.02, 0.8))
 
 
-def random_pose(rng: np.random.Generator, size: float = 0.5) -> np.ndarray:
+def random_pose(rng: np.random.Generator, size: float = 0.5) -> Floats:
     return transform(Rotation.random(rng=rng).as_matrix(), rng.uniform(-size, size, 3))
 
 
 SEED = st.integers(0, 2**32 - 1)
 
 
-def support(shape: Shape, pose: np.ndarray, directions: np.ndarray) -> np.ndarray:
+def support(shape: Shape, pose: Floats, directions: Floats) -> Floats:
     """(k,) m: how far a solid reaches in directions (k, 3)."""
     local = directions @ pose[:3, :3]
     if isinstance(shape, Box):
@@ -52,15 +53,15 @@ def support(shape: Shape, pose: np.ndarray, directions: np.ndarray) -> np.ndarra
         reach = np.where(local[:, 2] > 1.0 - 1e-12, 0.0, np.inf)
     else:
         reach = np.max(local @ shape.points.T, axis=1)
-    farthest: np.ndarray = reach + directions @ pose[:3, 3]
+    farthest: Floats = reach + directions @ pose[:3, 3]
     return farthest
 
 
-def signed_distance(first: Shape, first_pose: np.ndarray, second: Shape, second_pose: np.ndarray) -> float:
+def signed_distance(first: Shape, first_pose: Floats, second: Shape, second_pose: Floats) -> float:
     """The widest gap between two solids over all directions; negative: the depth of the shallowest way out."""
 
-    def gaps(directions: np.ndarray) -> np.ndarray:
-        gap: np.ndarray = -support(first, first_pose, directions) - support(second, second_pose, -directions)
+    def gaps(directions: Floats) -> Floats:
+        gap: Floats = -support(first, first_pose, directions) - support(second, second_pose, -directions)
         return gap
 
     if isinstance(second, HalfSpace):
@@ -73,7 +74,7 @@ def signed_distance(first: Shape, first_pose: np.ndarray, second: Shape, second_
     rng = np.random.default_rng(0)
     best = -np.inf
     order = np.argsort(-gaps(grid))
-    starts: list[np.ndarray] = []
+    starts: list[Floats] = []
     for index in order:  # the best few that are not neighbours
         if all(grid[index] @ other < 0.98 for other in starts):
             starts.append(grid[index])
@@ -94,7 +95,7 @@ def signed_distance(first: Shape, first_pose: np.ndarray, second: Shape, second_
     return best
 
 
-def surface_points(shape: Shape, pose: np.ndarray, rng: np.random.Generator, count: int = 60) -> np.ndarray:
+def surface_points(shape: Shape, pose: Floats, rng: np.random.Generator, count: int = 60) -> Floats:
     """(count, 3) points of a solid: where random planes touch it."""
     directions = rng.normal(size=(count, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
@@ -111,5 +112,5 @@ def surface_points(shape: Shape, pose: np.ndarray, rng: np.random.Generator, cou
     else:
         assert isinstance(shape, ConvexHull)
         points = shape.points[np.argmax(local @ shape.points.T, axis=1)]
-    placed: np.ndarray = points @ pose[:3, :3].T + pose[:3, 3]
+    placed: Floats = points @ pose[:3, :3].T + pose[:3, 3]
     return placed

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import inverse, rotation_z, transform
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import Task
@@ -15,6 +16,7 @@ from duocell.models.kinematics.kinematics import characteristic_length, conditio
 from duocell.models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
 from duocell.models.robot.robot import Robot
 from tests.support.given.arms import make_arm, random_joints
+from tests.support.given.fields import ArmChanges, ArmFields
 from tests.support.oracles.signs import axis_signs
 
 
@@ -23,9 +25,9 @@ class Possible:
     """A cell of one arm with a witness: base position, yaw and joints that do the task."""
 
     cell: Cell
-    position: np.ndarray
+    position: Floats
     yaw: float
-    joints: np.ndarray
+    joints: Floats
 
     @property
     def arm(self) -> Arm:
@@ -40,7 +42,7 @@ def possible(
     half: tuple[float, float, float, float] = (0.5, 0.5, 0.0, np.pi),
     max_joint_step: float = np.pi / 2,
     tight: float | None = None,
-    **given: Any,
+    **given: Unpack[ArmFields],
 ) -> Possible:
     """A random possible task.
 
@@ -74,14 +76,19 @@ def possible(
     return Possible(Cell(Task(object_in_world), (arm,), max_joint_step), position, yaw, joints)
 
 
-def way_of_joints(arm: Arm, rng: np.random.Generator, poses: int, step: float) -> np.ndarray:
+def with_arm(task: Possible, **changes: Unpack[ArmChanges]) -> Cell:
+    """The cell of a task, something about its arm changed."""
+    return replace(task.cell, arms=(replace(task.arm, **changes),))
+
+
+def way_of_joints(arm: Arm, rng: np.random.Generator, poses: int, step: float) -> Floats:
     """(poses, n) rad inside the limits, away from singularities, in one posture."""
     length = characteristic_length(arm.robot)
     way = np.linspace(0.0, 1.0, poses)[:, None]
     for _ in range(1000):
         start = random_joints(arm, 1, rng, 0.05)[0]
         bend = rng.normal(size=(2, arm.dof)) * step * (poses - 1)
-        path: np.ndarray = start + way * bend[0] + way**2 * 0.3 * bend[1]
+        path: Floats = start + way * bend[0] + way**2 * 0.3 * bend[1]
         inside = np.all((path > arm.lower + 0.02) & (path < arm.upper - 0.02))
         if not inside or np.min(conditioning(arm.robot, arm.tool, path, length)) < 0.03:
             continue

@@ -6,6 +6,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
+from duocell.models.base.arrays import Floats
 from duocell.models.cell.cell import Cell
 from duocell.models.kinematics.kinematics import FLANGE, pinocchio_model
 from duocell.models.robot.arm import Arm
@@ -15,30 +16,30 @@ from duocell.optimizer.results.placement import Placement
 from tests.support.oracles.signs import axis_signs
 
 
-def flange(arm: Arm, joints: np.ndarray) -> np.ndarray:
+def flange(arm: Arm, joints: Floats) -> Floats:
     """(4, 4) flange in the base frame by Pinocchio."""
     model = pinocchio_model(arm.robot)
     data = model.createData()
     pin.framesForwardKinematics(model, data, np.asarray(joints, dtype=float))
-    placed: np.ndarray = data.oMf[model.getFrameId(FLANGE)].homogeneous.copy()
+    placed: Floats = data.oMf[model.getFrameId(FLANGE)].homogeneous.copy()
     return placed
 
 
-def reached(arm: Arm, position: np.ndarray, yaw: float, joints: np.ndarray) -> np.ndarray:
+def reached(arm: Arm, position: Floats, yaw: float, joints: Floats) -> Floats:
     """(4, 4) tool centre point in the world."""
     turn = np.array([[np.cos(yaw), -np.sin(yaw), 0.0], [np.sin(yaw), np.cos(yaw), 0.0], [0.0, 0.0, 1.0]])
     base = np.eye(4)
     base[:3, :3], base[:3, 3] = arm.mount @ turn, position
-    tool: np.ndarray = base @ flange(arm, joints) @ arm.tool
+    tool: Floats = base @ flange(arm, joints) @ arm.tool
     return tool
 
 
-def turn_between(first: np.ndarray, second: np.ndarray) -> float:
+def turn_between(first: Floats, second: Floats) -> float:
     """Angle [rad] between two orientations."""
     return float(np.linalg.norm(pin.log3(first[:3, :3].T @ second[:3, :3])))
 
 
-def conditioning_by_differences(arm: Arm, joints: np.ndarray, length: float) -> float:
+def conditioning_by_differences(arm: Arm, joints: Floats, length: float) -> float:
     """σmin/σmax of a Jacobian from central differences of the tool's pose."""
     step, columns = 1e-5, []
     for unit in np.eye(arm.dof):

@@ -13,6 +13,7 @@ import numpy as np
 import ssik
 from scipy.optimize import minimize
 
+from duocell.models.base.arrays import Floats
 from duocell.models.cell.cell import Cell
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.robot.arm import Arm
@@ -26,7 +27,7 @@ TURNS = range(-3, 4)
 USELESS = 1e9
 
 
-def branches_of(robot: Robot, pose: np.ndarray) -> np.ndarray:
+def branches_of(robot: Robot, pose: Floats) -> Floats:
     """(K, 6) joint values that reach a flange pose in the base frame."""
     if robot.ssik_name is None:
         found = [puma.solve(pose, *signs) for signs in ALL_SIGNS]
@@ -40,7 +41,7 @@ def _solver(name: str) -> ssik.Manipulator:
     return ssik.Manipulator.from_prebuilt(name)
 
 
-def cost_at(cell: Cell, arm: Arm, position: np.ndarray) -> float:
+def cost_at(cell: Cell, arm: Arm, position: Floats) -> float:
     """Least objective of the arm with its base at a position, over postures, windings and yaws; `USELESS` if none."""
     targets = cell.flange_targets(arm).copy()
     targets[:, :3, 3] -= position
@@ -54,7 +55,7 @@ def cost_at(cell: Cell, arm: Arm, position: np.ndarray) -> float:
     return min((path_cost(cell, arm, path) for path in _paths(arm.robot, layers)), default=USELESS)
 
 
-def _paths(robot: Robot, layers: list[np.ndarray]) -> list[np.ndarray]:
+def _paths(robot: Robot, layers: list[Floats]) -> list[Floats]:
     """Paths (m, 6) in one posture; without postures, those that follow the nearest branch."""
     signs = axis_signs(robot, np.concatenate(layers))
     if signs is None:
@@ -71,7 +72,7 @@ def _paths(robot: Robot, layers: list[np.ndarray]) -> list[np.ndarray]:
     return [np.array([layer[posture] for layer in labelled]) for posture in kept]
 
 
-def path_cost(cell: Cell, arm: Arm, path: np.ndarray) -> float:
+def path_cost(cell: Cell, arm: Arm, path: Floats) -> float:
     """Least objective of a path (m, 6) modulo 2π with joint 1 for yaw 0; the segments of a task sequence have their own
     turns.
     """
@@ -92,7 +93,7 @@ def path_cost(cell: Cell, arm: Arm, path: np.ndarray) -> float:
     return float(total + _yaw_cost(arm, firsts, cell.task.weights))
 
 
-def _yaw_cost(arm: Arm, firsts: list[np.ndarray], weights: np.ndarray) -> float:
+def _yaw_cost(arm: Arm, firsts: list[Floats], weights: Floats) -> float:
     """Least cost of joint 1 over every allowed yaw and every turn of every segment."""
     sigma = chain_of(arm.robot).vertical_sign
     best = USELESS
@@ -109,7 +110,7 @@ def _yaw_cost(arm: Arm, firsts: list[np.ndarray], weights: np.ndarray) -> float:
     return best
 
 
-def brute_force(cell: Cell, arm: Arm, counts: tuple[int, int, int], known: np.ndarray | None = None) -> float:
+def brute_force(cell: Cell, arm: Arm, counts: tuple[int, int, int], known: Floats | None = None) -> float:
     """Best objective found on a grid over the base region, the best few points refined.
 
     Args:
@@ -133,7 +134,7 @@ def brute_force(cell: Cell, arm: Arm, counts: tuple[int, int, int], known: np.nd
         if values[index] >= USELESS or not free.any():
             continue
 
-        def cost(x: np.ndarray, start: np.ndarray = points[index]) -> float:
+        def cost(x: Floats, start: Floats = points[index]) -> float:
             position = start.copy()
             position[free] = x
             if np.any(position < bounds[:, 0]) or np.any(position > bounds[:, 1]):

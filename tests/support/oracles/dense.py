@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 from scipy.spatial.transform import Rotation, Slerp
 
+from duocell.models.base.arrays import Floats
 from duocell.models.collision.collision import CollisionModel
 from duocell.models.geometry.shapes import Box, Capsule, Cylinder, HalfSpace, Shape, Sphere
 from duocell.models.kinematics.kinematics import FLANGE, pinocchio_model
@@ -22,7 +23,7 @@ def dense_minima(scene: Scene, model: CollisionModel, steps: int) -> dict[str, f
     return _minima(scene, model, objects, joints)
 
 
-def dense_path(scene: Scene, steps: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
+def dense_path(scene: Scene, steps: int) -> tuple[list[Floats], list[Floats]]:
     """Object poses, and per arm the joints, over ``steps`` even steps from each pose to the next."""
     poses = scene.cell.task.poses
     objects = []
@@ -47,7 +48,7 @@ def dense_path(scene: Scene, steps: int) -> tuple[list[np.ndarray], list[np.ndar
     return objects, joints
 
 
-def _newton(arm: Arm, target: np.ndarray, q: np.ndarray) -> np.ndarray:
+def _newton(arm: Arm, target: Floats, q: Floats) -> Floats:
     model = pinocchio_model(arm.robot)
     data, frame, goal = model.createData(), model.getFrameId(FLANGE), pin.SE3(target)
     for _ in range(20):
@@ -60,9 +61,7 @@ def _newton(arm: Arm, target: np.ndarray, q: np.ndarray) -> np.ndarray:
     return q
 
 
-def _minima(
-    scene: Scene, model: CollisionModel, objects: list[np.ndarray], joints: list[np.ndarray]
-) -> dict[str, float]:
+def _minima(scene: Scene, model: CollisionModel, objects: list[Floats], joints: list[Floats]) -> dict[str, float]:
     b = model.bodies
     geometries = [_geometry(body.shape) for body in b.bodies]
     counted = model.configure(scene.bases, [q[:1] for q in joints], np.array(objects[:1])).counted
@@ -85,7 +84,7 @@ def _minima(
     return minima
 
 
-def _frames(arm: Arm, base: np.ndarray, q: np.ndarray) -> list[np.ndarray]:
+def _frames(arm: Arm, base: Floats, q: Floats) -> list[Floats]:
     model = pinocchio_model(arm.robot)
     data = model.createData()
     pin.forwardKinematics(model, data, q)

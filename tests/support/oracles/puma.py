@@ -6,19 +6,21 @@ from math import atan2, cos, pi, sin, sqrt
 
 import numpy as np
 
+from duocell.models.base.arrays import Floats
+
 A2, A3, D2, D4, D6 = 0.4318, -0.0203, 0.1491, 0.4331, 0.0563
 ALPHAS = (-pi / 2, 0.0, pi / 2, -pi / 2, pi / 2, 0.0)
 LINKS = ((0.0, 0.0), (A2, D2), (A3, 0.0), (0.0, D4), (0.0, 0.0), (0.0, D6))
 
 
-def frame(joint: int, theta: float) -> np.ndarray:
+def frame(joint: int, theta: float) -> Floats:
     """A_i = Trans(z, d) Rot(z, θ) Trans(x, a) Rot(x, α), joints counted from 0."""
     (a, d), c, s = LINKS[joint], cos(theta), sin(theta)
     ca, sa = cos(ALPHAS[joint]), sin(ALPHAS[joint])
     return np.array([[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]])
 
 
-def solve(pose: np.ndarray, s: int, e: int, f: int) -> np.ndarray | None:
+def solve(pose: Floats, s: int, e: int, f: int) -> Floats | None:
     """Joint values (6,) of shoulder s (+1 left), elbow e (+1 down) and wrist f (+1: θ5 > 0), or None."""
     wrist = pose[:3, 3] - D6 * pose[:3, 2]
     beside = wrist[0] ** 2 + wrist[1] ** 2 - D2**2

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import rotation_about
 from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.kinematics.nominal import nominal
 from duocell.models.robot.robot import Robot
 
 
-def joint_axes(robot: Robot, joints: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def joint_axes(robot: Robot, joints: Floats) -> tuple[Floats, Floats]:
     """Directions and points (n, K, 3) of the joint axes in the base frame, for joints (K, n)."""
     rotation, origin = np.eye(3), np.zeros(3)
     axes, points = [], []
@@ -22,7 +23,7 @@ def joint_axes(robot: Robot, joints: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return np.array(axes), np.array(points)
 
 
-def axis_signs(robot: Robot, joints: np.ndarray) -> np.ndarray | None:
+def axis_signs(robot: Robot, joints: Floats) -> Floats | None:
     """(K, 3) signs that tell postures apart, None for arms without a closed form.
 
     Each is the sign of a triple product of joint axes and the lines between them, so it changes exactly where the arm
@@ -42,18 +43,18 @@ def axis_signs(robot: Robot, joints: np.ndarray) -> np.ndarray | None:
     upper, fore = (link - axis[1] * _dot(axis[1], link)[:, None] for link in (upper, fore))
     bend = _dot(axis[1], np.cross(upper, fore))
     twist = _dot(axis[4], np.cross(axis[1] if parallel else axis[3], axis[5]))
-    signs: np.ndarray = np.sign(np.stack([front, bend, twist], axis=1))
+    signs: Floats = np.sign(np.stack([front, bend, twist], axis=1))
     return signs
 
 
-def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    product: np.ndarray = np.sum(a * b, axis=-1)
+def _dot(a: Floats, b: Floats) -> Floats:
+    product: Floats = np.sum(a * b, axis=-1)
     return product
 
 
-def _nearest(p: np.ndarray, u: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+def _nearest(p: Floats, u: Floats, q: Floats, v: Floats) -> Floats:
     """The points of lines (p, u) nearest to lines (q, v)."""
     n = np.cross(u, v)
     along = _dot(np.cross(q - p, v), n) / _dot(n, n)
-    nearest: np.ndarray = p + u * along[:, None]
+    nearest: Floats = p + u * along[:, None]
     return nearest

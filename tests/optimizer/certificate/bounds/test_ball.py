@@ -3,29 +3,31 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from duocell.models.base.arrays import Floats
 from duocell.optimizer.certificate.bounds.ball import ANYTHING, Ball, bearing, cos_sin, distances, reciprocal, stacked
 
 COUNT = 2000
 
 
 @pytest.fixture
-def rng():
+def rng() -> np.random.Generator:
     return np.random.default_rng(5)
 
 
-def random_ball(rng, scale=1.0):
+def random_ball(rng: np.random.Generator, scale: float = 1.0) -> Ball:
     return Ball(rng.normal(size=COUNT) * scale, 10.0 ** rng.uniform(-6, 1, COUNT))
 
 
-def member(ball, rng):
-    return ball.centre + ball.radius * rng.choice([-1.0, 1.0, 0.3, -0.7], COUNT)
+def member(ball: Ball, rng: np.random.Generator) -> Floats:
+    chosen: Floats = ball.centre + ball.radius * rng.choice([-1.0, 1.0, 0.3, -0.7], COUNT)
+    return chosen
 
 
-def assert_inside(values, ball):
+def assert_inside(values: Floats, ball: Ball) -> None:
     assert np.all(np.abs(values - ball.centre) <= ball.radius + 1e-12 * (1.0 + np.abs(values)))
 
 
-def test_operations_on_members_stay_inside(rng):
+def test_operations_on_members_stay_inside(rng: np.random.Generator) -> None:
     for _ in range(20):
         a, b = random_ball(rng), random_ball(rng)
         x, y = member(a, rng), member(b, rng)
@@ -42,13 +44,13 @@ def test_operations_on_members_stay_inside(rng):
         assert np.all(np.abs(x) <= a.size + 1e-12)
 
 
-def test_products_are_no_wider_than_needed_for_small_radii():
+def test_products_are_no_wider_than_needed_for_small_radii() -> None:
     product = Ball(np.array(2.0), np.array(1e-6)) * Ball(np.array(-3.0), np.array(1e-6))
     assert product.centre == -6.0
     assert product.radius == pytest.approx(5e-6, rel=1e-5)
 
 
-def test_cosine_and_sine(rng):
+def test_cosine_and_sine(rng: np.random.Generator) -> None:
     for _ in range(20):
         angle = random_ball(rng, 3.0)
         x = member(angle, rng)
@@ -60,7 +62,7 @@ def test_cosine_and_sine(rng):
         assert np.all(cos.size <= np.sqrt(2.0) + 1e-12)
 
 
-def test_reciprocals_of_both_signs(rng):
+def test_reciprocals_of_both_signs(rng: np.random.Generator) -> None:
     low = rng.uniform(0.01, 2.0, COUNT)
     high = low + rng.uniform(0.0, 3.0, COUNT)
     x = low + (high - low) * rng.random(COUNT)
@@ -68,7 +70,7 @@ def test_reciprocals_of_both_signs(rng):
     assert_inside(-1.0 / x, reciprocal(-high, -low))
 
 
-def test_bearings_and_distances_of_rectangles(rng):
+def test_bearings_and_distances_of_rectangles(rng: np.random.Generator) -> None:
     x, y = random_ball(rng), random_ball(rng)
     angle, (near, far) = bearing(x, y), distances(x, y)
     for _ in range(50):
@@ -83,7 +85,7 @@ def test_bearings_and_distances_of_rectangles(rng):
     assert np.all(angle.radius[~around] < np.pi)
 
 
-def test_what_two_balls_share():
+def test_what_two_balls_share() -> None:
     one, other = (
         Ball.between(np.array([0.0, 0.0]), np.array([2.0, 1.0])),
         Ball(np.array([2.5, 3.0]), np.array([1.0, 0.5])),
@@ -95,6 +97,6 @@ def test_what_two_balls_share():
     assert 1.0 <= both.centre[1] <= 2.5
 
 
-def test_balls_of_different_shapes_are_stacked():
+def test_balls_of_different_shapes_are_stacked() -> None:
     whole = stacked([Ball(np.zeros((2, 3)), np.ones((2, 3))), Ball(np.ones((2, 3)), np.zeros((2, 1)))])
     assert whole.centre.shape == whole.radius.shape == (2, 2, 3)

@@ -5,22 +5,33 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from duocell.optimizer.certificate.bounds.box_bounds import LIMIT, PATH, REACH, BoxBounder
+from duocell.models.base.arrays import Floats
+from duocell.optimizer.certificate.bounds.box_bounds import LIMIT, PATH, REACH, BoxBounder, BoxBounds
 from duocell.optimizer.certificate.bounds.boxes import Boxes
-from duocell.optimizer.reduction.reduced import evaluate_signed
+from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed
 from tests.support.given.boxes import PARALLEL, SPECIAL, SPHERICAL, boxes_around, members, random_problem
 
 TRIALS, BOXES, SAMPLES = 14, 120, 12
 
 
-def attained(problem, boxes, places):
+def attained(problem: ReducedProblem, boxes: Boxes, places: Floats) -> Floats:
     """(N,) cost of the best path from each place in the box's posture; inf where it is not usable."""
     paths = evaluate_signed(problem, places, boxes.signs)
     return np.where(paths.violation[0] == 0.0, paths.objective[0], np.inf)
 
 
+def best_of_samples(problem: ReducedProblem, boxes: Boxes, found: BoxBounds, rng: np.random.Generator) -> Floats:
+    """(N,) the best that is met in every box; nothing that is met is below its bound."""
+    best = np.full(len(boxes), np.inf)
+    for number in range(SAMPLES):
+        places = found.promising if number == 0 else members(boxes, rng, number)
+        best = np.minimum(best, attained(problem, boxes, places))
+        assert np.all(found.lower <= best * (1.0 + 1e-9) + 1e-9)
+    return best
+
+
 @pytest.mark.parametrize("name", SPHERICAL + PARALLEL + SPECIAL)
-def test_no_sample_of_a_box_scores_below_its_bound(name):
+def test_no_sample_of_a_box_scores_below_its_bound(name: str) -> None:
     rng = np.random.default_rng(sum(map(ord, name)) + 1)
     pairs, good = 0, 0
     for trial in range(TRIALS):
@@ -32,11 +43,7 @@ def test_no_sample_of_a_box_scores_below_its_bound(name):
         found = BoxBounder.of(problem).bounds(boxes, cutoff)
         assert np.all(found.lower[np.any(found.causes > 0, axis=0)] == np.inf)
         assert np.all(np.abs(found.promising - boxes.centre) <= boxes.half + 1e-12)
-        best = np.full(len(boxes), np.inf)
-        for number in range(SAMPLES):
-            places = found.promising if number == 0 else members(boxes, rng, number)
-            best = np.minimum(best, attained(problem, boxes, places))
-            assert np.all(found.lower <= best * (1.0 + 1e-9) + 1e-9)
+        best = best_of_samples(problem, boxes, found, rng)
         usable = np.isfinite(best)
         pairs += int(usable.sum())
         good += int(np.sum(found.lower[usable] > 0.9 * best[usable]))
@@ -45,7 +52,7 @@ def test_no_sample_of_a_box_scores_below_its_bound(name):
 
 
 @pytest.mark.parametrize("name", ["puma560", "irb6700", "ur10e", "cr5"])
-def test_no_sample_of_a_box_scores_below_the_bound_of_a_task_sequence(name):
+def test_no_sample_of_a_box_scores_below_the_bound_of_a_task_sequence(name: str) -> None:
     """Two or three segments with weights (0 too), some of one pose, some with a part at rest; one yaw for all of
     them.
     """
@@ -58,11 +65,7 @@ def test_no_sample_of_a_box_scores_below_the_bound_of_a_task_sequence(name):
         if boxes is None:
             continue
         found = BoxBounder.of(problem).bounds(boxes, np.inf)
-        best = np.full(len(boxes), np.inf)
-        for number in range(SAMPLES):
-            places = found.promising if number == 0 else members(boxes, rng, number)
-            best = np.minimum(best, attained(problem, boxes, places))
-            assert np.all(found.lower <= best * (1.0 + 1e-9) + 1e-9)
+        best = best_of_samples(problem, boxes, found, rng)
         usable = np.isfinite(best)
         pairs += int(usable.sum())
         good += int(np.sum(found.lower[usable] > 0.9 * best[usable]))
@@ -70,7 +73,7 @@ def test_no_sample_of_a_box_scores_below_the_bound_of_a_task_sequence(name):
 
 
 @pytest.mark.parametrize(("name", "segments"), [("puma560", 1), ("ur5e", 1), ("puma560", 3), ("ur5e", 2)])
-def test_bounds_close_as_boxes_shrink(name, segments):
+def test_bounds_close_as_boxes_shrink(name: str, segments: int) -> None:
     rng = np.random.default_rng(4)
     problem = random_problem(name, rng, segments=segments)
     while (boxes := boxes_around(problem, 40, rng)) is None or (
@@ -86,7 +89,7 @@ def test_bounds_close_as_boxes_shrink(name, segments):
     assert np.median(gap) < 1e-5
 
 
-def test_a_long_task_is_bounded_by_all_its_poses():
+def test_a_long_task_is_bounded_by_all_its_poses() -> None:
     rng = np.random.default_rng(8)
     short = random_problem("puma560", rng)
     while len(short.positions) < 4 or (boxes := boxes_around(short, 60, rng)) is None:
@@ -103,7 +106,7 @@ def test_a_long_task_is_bounded_by_all_its_poses():
     assert np.all(found.lower[both] >= 11.0 * once.lower[both])
 
 
-def test_causes_name_reach_limits_and_paths():
+def test_causes_name_reach_limits_and_paths() -> None:
     rng = np.random.default_rng(5)
     problem = random_problem("puma560", rng)
     while (boxes := boxes_around(problem, 20, rng)) is None or len(problem.positions) < 3:

@@ -7,7 +7,7 @@ from duocell.optimizer.certificate.bounds.boxes import Boxes
 ALL = np.ones(8, dtype=bool)
 
 
-def test_a_grid_covers_the_region_once_per_posture():
+def test_a_grid_covers_the_region_once_per_posture() -> None:
     low, high = np.array([-1.0, 0.5, 0.2]), np.array([1.0, 2.0, 0.2])
     postures = np.array([True, False, False, True, False, False, False, True])
     boxes = Boxes.grid(low, high, 0.3, postures)
@@ -24,7 +24,7 @@ def test_a_grid_covers_the_region_once_per_posture():
     assert inside.sum() == 3
 
 
-def test_a_fixed_base_is_one_box_of_no_size():
+def test_a_fixed_base_is_one_box_of_no_size() -> None:
     point = np.array([0.3, -0.2, 0.1])
     boxes = Boxes.grid(point, point, 0.1, ALL)
     assert len(boxes) == 8
@@ -32,7 +32,7 @@ def test_a_fixed_base_is_one_box_of_no_size():
     assert np.all(boxes.centre == point)
 
 
-def test_halves_tile_the_box_and_cut_its_longest_side():
+def test_halves_tile_the_box_and_cut_its_longest_side() -> None:
     boxes = Boxes(
         np.array([[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]]), np.array([[1.0, 2.0, 0.5], [0.3, 0.2, 0.4]]), np.array([1, 6])
     )

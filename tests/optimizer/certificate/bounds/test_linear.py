@@ -1,13 +1,18 @@
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
-from scipy.optimize import minimize
+from scipy.optimize import Bounds, LinearConstraint, minimize
 
+from duocell.models.base.arrays import Floats
 from duocell.optimizer.certificate.bounds.linear import Linear
 
 
-def random_linear(rng, count, rows=24, variables=3, limits=0.6):
+def random_linear(
+    rng: np.random.Generator, count: int, rows: int = 24, variables: int = 3, limits: float = 0.6
+) -> Linear:
     """Problems whose box always holds the point 0 inside all limits."""
     slopes = rng.normal(size=(count, rows, variables))
     error = rng.normal(size=(count, rows))
@@ -25,11 +30,11 @@ def random_linear(rng, count, rows=24, variables=3, limits=0.6):
     )
 
 
-def cost(linear, k, y, off=0.0):
+def cost(linear: Linear, k: int, y: Floats, off: Floats | float = 0.0) -> float:
     return float(linear.weights[k] @ (linear.error[k] + linear.slopes[k] @ y + off) ** 2)
 
 
-def test_the_dual_value_is_below_every_allowed_point_even_with_remainders():
+def test_the_dual_value_is_below_every_allowed_point_even_with_remainders() -> None:
     rng = np.random.default_rng(1)
     linear = random_linear(rng, 50)
     rest = np.abs(rng.normal(size=linear.error.shape)) * 0.05
@@ -45,7 +50,7 @@ def test_the_dual_value_is_below_every_allowed_point_even_with_remainders():
             assert bound[k] <= cost(rough, k, np.zeros(3)) + 1e-9
 
 
-def test_without_remainders_it_is_the_constrained_minimum():
+def test_without_remainders_it_is_the_constrained_minimum() -> None:
     rng = np.random.default_rng(2)
     linear = random_linear(rng, 25)
     y, bound = linear.solve(np.zeros((25, 3)))
@@ -53,14 +58,9 @@ def test_without_remainders_it_is_the_constrained_minimum():
     close = 0
     for k in range(25):
         rows = linear.slopes[k]
-        constraints = {
-            "type": "ineq",
-            "fun": lambda p, k=k, rows=rows: np.concatenate(
-                [linear.limits[1, k] - linear.error[k] - rows @ p, linear.error[k] + rows @ p - linear.limits[0, k]]
-            ),
-        }
-        bounds = list(zip(linear.low[k], linear.high[k], strict=True))
-        best = minimize(lambda p, k=k: cost(linear, k, p), np.zeros(3), bounds=bounds, constraints=constraints).fun
+        kept = LinearConstraint(rows, linear.limits[0, k] - linear.error[k], linear.limits[1, k] - linear.error[k])
+        bounds = Bounds(linear.low[k], linear.high[k])
+        best = minimize(partial(cost, linear, k), np.zeros(3), method="SLSQP", bounds=bounds, constraints=kept).fun
         assert bound[k] <= best + 1e-6
         close += bound[k] > best - 1e-3 * (1.0 + best)
         line = linear.error[k] + rows @ inside[k]
@@ -70,7 +70,7 @@ def test_without_remainders_it_is_the_constrained_minimum():
     assert close >= 20
 
 
-def test_rows_can_be_taken_apart():
+def test_rows_can_be_taken_apart() -> None:
     linear = random_linear(np.random.default_rng(3), 6)
     y = np.zeros((6, 3))
     some = np.array([4, 1])

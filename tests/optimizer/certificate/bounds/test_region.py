@@ -10,7 +10,7 @@ from tests.support.given.boxes import PARALLEL, SPECIAL, SPHERICAL, random_probl
 
 
 @pytest.mark.parametrize("name", SPHERICAL + PARALLEL + SPECIAL)
-def test_no_base_outside_reaches_every_pose(name):
+def test_no_base_outside_reaches_every_pose(name: str) -> None:
     rng = np.random.default_rng(23)
     cut = inside = 0
     for trial in range(6):
@@ -26,7 +26,7 @@ def test_no_base_outside_reaches_every_pose(name):
     assert inside > 100
 
 
-def test_poses_too_far_from_the_region_or_from_each_other_are_named():
+def test_poses_too_far_from_the_region_or_from_each_other_are_named() -> None:
     problem = random_problem("ur10e", np.random.default_rng(1))
     bounds = problem.arm.base.bounds[:3]
     targets = Targets.of(problem)

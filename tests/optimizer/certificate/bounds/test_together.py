@@ -11,7 +11,6 @@ from bench.draws.singular_draw import members_near_curves, singular_boxes, singu
 from duocell.models.catalogue.catalogue import robot
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import Task
-from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.kinematics.link_frames import link_frames
 from duocell.models.robot.arm import Arm, BaseRegion, Interval
 from duocell.optimizer.certificate.bounds.angles.pitch import pitch_cells
@@ -20,13 +19,15 @@ from duocell.optimizer.certificate.bounds.box_bounds import BoxBounder
 from duocell.optimizer.certificate.bounds.boxes import Boxes
 from duocell.optimizer.certificate.bounds.windings import nearest_windings
 from duocell.optimizer.reduction.reduced import evaluate_signed, reduced_problem
+from tests.support.given.arms import form_of
+from tests.support.present import present
 
 TRIALS, BOXES, SAMPLES = 5, 100, 16
 
 
 @pytest.mark.parametrize("allow", [False, True], ids=["avoided", "allowed"])
 @pytest.mark.parametrize(("name", "segments"), [("ur10e", 1), ("nova5", 1), ("ur5e", 2)])
-def test_no_usable_path_near_a_singularity_scores_below_the_bound(name, segments, allow):
+def test_no_usable_path_near_a_singularity_scores_below_the_bound(name: str, segments: int, allow: bool) -> None:
     rng = np.random.default_rng([sum(map(ord, name)), segments, allow])
     usable, better = 0, 0.0
     for _ in range(TRIALS):
@@ -46,7 +47,7 @@ def test_no_usable_path_near_a_singularity_scores_below_the_bound(name, segments
 
 
 @pytest.mark.parametrize("allow", [False, True], ids=["avoided", "allowed"])
-def test_joints_of_places_in_a_box_are_in_one_of_its_parts(allow):
+def test_joints_of_places_in_a_box_are_in_one_of_its_parts(allow: bool) -> None:
     rng = np.random.default_rng(6)
     checked = 0
     for _ in range(6):
@@ -68,7 +69,7 @@ def test_joints_of_places_in_a_box_are_in_one_of_its_parts(allow):
     assert checked > 20
 
 
-def test_a_box_inside_the_singularity_holds_nothing_where_it_is_avoided():
+def test_a_box_inside_the_singularity_holds_nothing_where_it_is_avoided() -> None:
     rng = np.random.default_rng(8)
     excluded = 0
     for _ in range(4):
@@ -85,10 +86,9 @@ def test_a_box_inside_the_singularity_holds_nothing_where_it_is_avoided():
 
 
 @pytest.mark.parametrize("name", ["puma560", "kr6_r900"])
-def test_a_spherical_wrist_that_must_be_singular_is_excluded_where_it_is_avoided(name):
+def test_a_spherical_wrist_that_must_be_singular_is_excluded_where_it_is_avoided(name: str) -> None:
     rng, chain = np.random.default_rng(9), robot(name)
-    side, form = Interval(-0.5, 0.5), closed_form(chain)
-    assert form is not None
+    side, form = Interval(-0.5, 0.5), form_of(chain)
     base = BaseRegion(side, side, side)
     for off in (0.0, 3e-4, -3e-4, 1.5e-3):
         joints = rng.uniform(np.maximum(chain.lower, -2.0), np.minimum(chain.upper, 2.0))
@@ -98,8 +98,7 @@ def test_a_spherical_wrist_that_must_be_singular_is_excluded_where_it_is_avoided
         bounds = []
         for avoid in (True, False):
             kept = replace(arm, avoid_singularities=avoid)
-            problem = reduced_problem(Cell(Task(pose[None]), (kept,)), kept)
-            assert problem is not None
+            problem = present(reduced_problem(Cell(Task(pose[None]), (kept,)), kept))
             boxes = Boxes(np.zeros((8, 3)), np.full((8, 3), 1e-7), np.arange(8))
             bounds.append(BoxBounder.of(problem).bounds(boxes, np.inf).lower)
         here = np.argmin(bounds[1])  # the posture that the pose was made with
@@ -107,7 +106,7 @@ def test_a_spherical_wrist_that_must_be_singular_is_excluded_where_it_is_avoided
         assert np.isinf(bounds[0][here]) == (abs(off) < 1e-3)
 
 
-def test_the_nearest_lift_is_that_of_trying_them_all():
+def test_the_nearest_lift_is_that_of_trying_them_all() -> None:
     rng = np.random.default_rng(2)
     for _ in range(200):
         lower = float(rng.uniform(-9.0, 3.0))

@@ -13,7 +13,7 @@ from duocell.optimizer.certificate.bounds.yaw import Shifts
 TURN = 2.0 * np.pi
 
 
-def rules(rng, endless=False):
+def rules(rng: np.random.Generator, endless: bool = False) -> Rules:
     lower, upper = np.sort(rng.uniform(-6.0, 6.0, (2, 6)), axis=0)
     if endless:
         lower[3], upper[3] = -np.inf, np.inf
@@ -22,7 +22,7 @@ def rules(rng, endless=False):
     return Rules(lower, upper, rng.uniform(-3.0, 3.0, 6), weights, np.pi, Shifts(0.0, 0.0, True), *one)
 
 
-def least(given, total, sense):
+def least(given: Rules, total: float, sense: float) -> float:
     """Least cost of joints 4 and 6 with ``q4 + sense q6 = total`` modulo 2π, by a fine grid."""
     best = np.inf
     ends = np.where(np.isfinite(given.lower), [given.lower, given.upper], [[-9.0], [9.0]])
@@ -37,7 +37,7 @@ def least(given, total, sense):
 
 
 @pytest.mark.parametrize(("sense", "endless"), [*product((1.0, -1.0), (False, True))])
-def test_it_is_the_least_cost_of_the_pair(sense, endless):
+def test_it_is_the_least_cost_of_the_pair(sense: float, endless: bool) -> None:
     rng = np.random.default_rng(7)
     possible = 0
     for _ in range(60):

@@ -5,6 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 
+from duocell.models.base.arrays import Floats
 from duocell.optimizer.certificate.bounds.ball import ANYTHING, Ball
 from duocell.optimizer.certificate.bounds.windings import cheapest_windings
 
@@ -12,7 +13,7 @@ TURN = 2.0 * np.pi
 WINDINGS = TURN * np.array(list(product(range(-4, 5), repeat=4)))
 
 
-def brute(values, lower, upper, reference, max_step):
+def brute(values: Floats, lower: float, upper: float, reference: float, max_step: float) -> float:
     """Least cost of exact values (m,) over all windings."""
     paths = values + WINDINGS
     inside = np.all((paths >= lower) & (paths <= upper), axis=1)
@@ -21,7 +22,7 @@ def brute(values, lower, upper, reference, max_step):
 
 
 @pytest.mark.parametrize("max_step", [0.8, np.pi / 2, np.pi, np.inf])
-def test_exact_values_cost_what_the_best_lifts_cost(max_step):
+def test_exact_values_cost_what_the_best_lifts_cost(max_step: float) -> None:
     rng = np.random.default_rng(int(10 * min(max_step, 5.0)))
     possible = 0
     for _ in range(40):
@@ -38,7 +39,7 @@ def test_exact_values_cost_what_the_best_lifts_cost(max_step):
     assert 5 < possible < 40
 
 
-def test_intervals_never_cost_more_than_their_members():
+def test_intervals_never_cost_more_than_their_members() -> None:
     rng = np.random.default_rng(3)
     checked = 0
     for _ in range(120):
@@ -55,7 +56,7 @@ def test_intervals_never_cost_more_than_their_members():
     assert checked > 60
 
 
-def test_endless_and_very_wide_joints_are_never_ruled_out():
+def test_endless_and_very_wide_joints_are_never_ruled_out() -> None:
     values = Ball(np.array([[0.2, 9.0, -4.0]]), np.full((1, 3), 0.01))
     for lower, upper in ((-np.inf, np.inf), (-30.0, 30.0)):
         found = cheapest_windings(values, lower, upper, 0.0, np.pi)
@@ -63,7 +64,7 @@ def test_endless_and_very_wide_joints_are_never_ruled_out():
         assert found.cost[0] == pytest.approx(np.sum(near**2))
 
 
-def test_it_says_which_poses_are_outside_and_which_are_apart():
+def test_it_says_which_poses_are_outside_and_which_are_apart() -> None:
     outside = cheapest_windings(Ball(np.array([[0.0, 2.0, 0.1]]), np.full((1, 3), 0.1)), -1.0, 1.0, 0.0, np.pi)
     assert np.isinf(outside.cost[0])
     assert np.isinf(outside.each[0]).tolist() == [False, True, False]

@@ -3,6 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from duocell.models.base.arrays import Floats
 from duocell.optimizer.certificate.bounds.ball import ANYTHING, Ball
 from duocell.optimizer.certificate.bounds.yaw import Shifts, shift_cost, torn, unwrapped
 
@@ -10,7 +11,7 @@ TURN = 2.0 * np.pi
 FREE = Shifts(0.0, 0.0, True)
 
 
-def best_shift(path, lower, upper, reference, shifts):
+def best_shift(path: Floats, lower: float, upper: float, reference: float, shifts: Shifts) -> float:
     """Least cost of a continuous path over the allowed shifts, by a fine grid."""
     wanted = reference - path.mean()
     if shifts.free:
@@ -28,7 +29,7 @@ def best_shift(path, lower, upper, reference, shifts):
 @pytest.mark.parametrize(
     "shifts", [FREE, Shifts(0.7, 0.0, False), Shifts(-2.0, 1.5, False), Shifts(1.0, 5.5, False)], ids=str
 )
-def test_no_path_inside_the_intervals_costs_less(shifts):
+def test_no_path_inside_the_intervals_costs_less(shifts: Shifts) -> None:
     rng = np.random.default_rng(17)
     possible, tight = 0, 0
     for _ in range(400):
@@ -52,7 +53,7 @@ def test_no_path_inside_the_intervals_costs_less(shifts):
     assert tight > 0
 
 
-def test_the_mean_is_not_taken_over_poses_that_may_be_on_different_turns():
+def test_the_mean_is_not_taken_over_poses_that_may_be_on_different_turns() -> None:
     # Nearly half a turn apart, and not known to within it: the second pose may be on either side of the first.
     centre, radius = np.array([[0.0, 3.0]]), np.array([[0.3, 0.3]])
     values, linked = unwrapped(Ball(centre, radius), np.pi)
@@ -67,7 +68,7 @@ def test_the_mean_is_not_taken_over_poses_that_may_be_on_different_turns():
     assert shift_cost(known, sure, -np.inf, np.inf, 0.0, FREE).cost[0] > 0.9 * 2 * 1.5**2
 
 
-def test_a_fixed_yaw_tells_which_poses_are_outside():
+def test_a_fixed_yaw_tells_which_poses_are_outside() -> None:
     values, linked = unwrapped(Ball(np.array([[0.0, 1.0, 2.0]]), np.full((1, 3), 0.01)), np.pi / 2)
     found = shift_cost(values, linked, -1.5, 1.5, 0.0, Shifts(0.0, 0.0, False))
     assert np.isinf(found.cost[0])
@@ -76,6 +77,6 @@ def test_a_fixed_yaw_tells_which_poses_are_outside():
     assert turned.cost[0] == pytest.approx(2.0, rel=0.05)
 
 
-def test_steps_that_no_lift_makes_short_are_torn():
+def test_steps_that_no_lift_makes_short_are_torn() -> None:
     values = Ball(np.array([[0.0, 6.4, 8.3]]), np.full((1, 3), 0.1))
     assert torn(values, 1.0)[0].tolist() == [False, False, True]

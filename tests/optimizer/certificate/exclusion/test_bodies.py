@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from duocell.models.base.arrays import Ints
 from duocell.models.base.pose import transform
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.floor import Footprint
@@ -51,7 +52,7 @@ def test_points_of_a_pedestal_below_its_foot_count_against_obstacles_alone() -> 
     bodies = ArmBodies.of(model, 0, np.zeros(len(model.bodies.first)), Causes.of(arm.robot, model, 0))
     number = model.bodies.names.index("arm pedestal")
 
-    def lowest_of(points: np.ndarray) -> float:
+    def lowest_of(points: Ints) -> float:
         own = points[bodies.base_points.body[points] == number]
         return float(np.min(bodies.base_points.place[own, 2]))
 

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import transform
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import Task
 from duocell.models.kinematics.branches import posture_of
-from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.kinematics.difference import SAME
 from duocell.models.kinematics.kinematics import characteristic_length, flange_poses
 from duocell.models.kinematics.nominal import nominal
@@ -22,13 +22,13 @@ from duocell.optimizer.certificate.bounds.boxes import Boxes
 from duocell.optimizer.certificate.exclusion.conditioning import jacobian_apart, poorly_conditioned
 from duocell.optimizer.single_arm.as_drawn import problem_of_drawing
 from tests.models.kinematics.test_nominal import calibrated
-from tests.support.given.arms import make_arm, region
+from tests.support.given.arms import form_of, make_arm, region
 from tests.support.oracles.signs import joint_axes
 
 TOOL = transform(np.eye(3), np.array([0.05, -0.1, 0.2]))
 
 
-def singular_values(robot: Robot, joints: np.ndarray) -> np.ndarray:
+def singular_values(robot: Robot, joints: Floats) -> Floats:
     """(K, 6) of the Jacobian at the tool, linear rows divided by the characteristic length."""
     axes, points = joint_axes(robot, joints)
     tool = (flange_poses(robot, joints) @ TOOL)[:, :3, 3]
@@ -61,8 +61,7 @@ def test_no_conditioning_that_the_arm_itself_has_is_called_impossible() -> None:
         arm = make_arm(true, tool=TOOL, base=region(0.0, 0.0, 0.0, 0.0), reference=joints[0])
         arm = replace(arm, avoid_singularities=False, min_conditioning=float(sigma[-1] / sigma[0]))
         cell = Cell(Task(flange_poses(true, joints) @ TOOL), (arm,), np.pi)
-        form = closed_form(meant.robot)
-        assert form is not None
+        form = form_of(meant.robot)
         boxes = Boxes(np.zeros((1, 3)), np.zeros((1, 3)), np.array([ALL_SIGNS.index(posture_of(form, joints[0]))]))
         for drawing in (meant, replace(meant, apart=SAME)):
             problem = problem_of_drawing(cell, arm, drawing)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from duocell.models.base.arrays import Bools, Floats
 from duocell.models.kinematics.link_frames import link_frames
 from duocell.optimizer.certificate.bounds.angles.joints import Kinematics
 from duocell.optimizer.certificate.bounds.angles.targets import Targets
@@ -48,14 +49,14 @@ def test_points_stay_where_they_may_be(name: str, seed: int) -> None:
     assert seen or not np.any(moved.regular)
 
 
-def _targets(problem: ReducedProblem) -> np.ndarray:
+def _targets(problem: ReducedProblem) -> Floats:
     targets = np.tile(np.eye(4), (len(problem.positions), 1, 1))
     targets[:, :3, :3] = problem.arm.mount @ problem.rotations
     targets[:, :3, 3] = problem.positions
     return targets
 
 
-def _frames(problem: ReducedProblem, boxes: Boxes, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _frames(problem: ReducedProblem, boxes: Boxes, places: Floats) -> tuple[Floats, Bools]:
     """(N, m, 7, 4, 4) links with bases at places; (N,) True where every pose is reached."""
     paths = evaluate_signed(problem, places, boxes.signs)
     joints = np.moveaxis(paths.joints[:, 0], 0, -1)

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
+from duocell.models.base.arrays import Floats
 from duocell.models.robot.arm import TURN
 from duocell.optimizer.certificate.bounds.ball import Ball
 from duocell.optimizer.certificate.bounds.rules import Rules
 from duocell.optimizer.certificate.bounds.yaw import Shifts
 from duocell.optimizer.certificate.exclusion.yaw_cells import yaw_cells
+from tests.support.present import present
 
 WINDINGS = TURN * np.arange(-3, 4)
 
 
-def _rules(rng: np.random.Generator, free: bool, counts: np.ndarray) -> Rules:
+def _rules(rng: np.random.Generator, free: bool, counts: Floats) -> Rules:
     lower = rng.uniform(-7.0, -2.0)
     return Rules(
         lower=np.full(6, lower),
@@ -28,24 +30,25 @@ def _rules(rng: np.random.Generator, free: bool, counts: np.ndarray) -> Rules:
     )
 
 
-def _costs(path: np.ndarray, rules: Rules, shifts: np.ndarray) -> np.ndarray:
+def _costs(path: Floats, rules: Rules, shifts: Floats) -> Floats:
     """What joint 1 costs on a path (m,) shifted by (k,), on the best turn; inf where no turn keeps the limits."""
     turned = path + (shifts[:, None] + WINDINGS)[..., None]
     inside = np.all((turned >= rules.lower[0]) & (turned <= rules.upper[0]), axis=2)
-    each = rules.weights[0] * (turned - rules.reference[0]) ** 2 @ rules.counts
-    return np.min(np.where(inside, each, np.inf), axis=1)
+    each = rules.weights[0] * (turned - rules.reference[0]) ** 2 @ present(rules.counts)
+    least: Floats = np.min(np.where(inside, each, np.inf), axis=1)
+    return least
 
 
-def _best(path: np.ndarray, rules: Rules) -> float:
+def _best(path: Floats, rules: Rules) -> float:
     """What joint 1 costs at least, over all yaws and turns; inf where none keeps the limits."""
     start, width = (-50.0, 100.0) if rules.shifts.free else (rules.shifts.start, rules.shifts.width)
-    costs = [np.inf]
+    costs, counts = [np.inf], present(rules.counts)
     for winding in WINDINGS:
         low = max(start + winding, rules.lower[0] - float(np.min(path)))
         high = min(start + width + winding, rules.upper[0] - float(np.max(path)))
         if low <= high:
-            shift = np.clip(rules.reference[0] - path @ rules.counts / np.sum(rules.counts), low, high)
-            costs.append(rules.weights[0] * (path + shift - rules.reference[0]) ** 2 @ rules.counts)
+            shift = np.clip(rules.reference[0] - path @ counts / np.sum(counts), low, high)
+            costs.append(rules.weights[0] * (path + shift - rules.reference[0]) ** 2 @ counts)
     return float(np.min(costs))
 
 

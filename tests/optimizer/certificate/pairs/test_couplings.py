@@ -7,6 +7,7 @@ from math import cos, sin
 import numpy as np
 import pytest
 
+from duocell.models.base.arrays import Floats
 from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
 from duocell.optimizer.certificate.bounds.boxes import Boxes
 from duocell.optimizer.certificate.pairs.couplings import untied
@@ -24,7 +25,7 @@ COUPLINGS: tuple[Coupling, ...] = (
 )
 
 
-def _second(coupling: Coupling, first: np.ndarray, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+def _second(coupling: Coupling, first: Floats, rng: np.random.Generator) -> tuple[Floats, Floats]:
     """Two bases (3,) that keep a coupling, the first perhaps moved onto it."""
     far = rng.uniform(0.1, 1.0)
     match coupling:

@@ -9,11 +9,12 @@ import pytest
 
 from duocell.models.base.pose import transform
 from duocell.models.cell.surroundings import PairClass
-from duocell.models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Sphere
+from duocell.models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, Shape, Sphere
 from duocell.models.kinematics.link_frames import link_frames
 from duocell.optimizer.coupled.candidates.contacts import SomePairs, inner_capsule
 from duocell.optimizer.verification.scene import Scene
 from tests.support.given.cells import beam_pair
+from tests.support.present import present
 
 POST = Body("post", np.eye(4), Cylinder(0.15, 2.0))
 CRATE = Body("crate", transform(np.eye(3), [0.5, -0.4, 0.3]), Box(np.ones(3)))
@@ -31,7 +32,7 @@ CRATE = Body("crate", transform(np.eye(3), [0.5, -0.4, 0.3]), Box(np.ones(3)))
     ],
     ids=lambda shape: type(shape).__name__,
 )
-def test_inner_capsules_lie_inside_of_their_bodies(shape):
+def test_inner_capsules_lie_inside_of_their_bodies(shape: Shape) -> None:
     """Points on the balls at both ends, by the definition of each shape; all shapes are convex."""
     around = np.random.default_rng(1).normal(size=(200, 3))
     around /= np.linalg.norm(around, axis=1)[:, None]
@@ -53,11 +54,11 @@ def test_inner_capsules_lie_inside_of_their_bodies(shape):
         assert np.max(outside) <= 1e-9
 
 
-def test_pairs_never_violate_more_than_by_coal():
+def test_pairs_never_violate_more_than_by_coal() -> None:
     made = beam_pair(count=3)
     around = replace(made.surroundings, obstacles=(*made.surroundings.obstacles, POST, CRATE))
     scene = Scene.of(replace(made.cell, surroundings=around))
-    model, task, rng, seen = scene.model, made.cell.task, np.random.default_rng(2), 0
+    model, task, rng, seen = present(scene.model), made.cell.task, np.random.default_rng(2), 0
     wanted = np.array([kind is not PairClass.PART_OBSTACLE for kind in model.bodies.kinds])
     some = SomePairs.of(model, scene.required, wanted)
     for _ in range(15):

@@ -15,7 +15,7 @@ MIRRORED = 43
 """A task whose cheapest samples lead to places where turning the bases onto the mirror costs more than it seemed."""
 
 
-def test_none_of_the_layouts_gets_worse_and_all_keep_their_couplings():
+def test_none_of_the_layouts_gets_worse_and_all_keep_their_couplings() -> None:
     cell = coupled_task(MIRRORED).cell
     problems = [problem for arm in cell.arms if (problem := reduced_problem(cell, arm)) is not None]
     followed = Followed.of(Scene.of(cell), problems)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Unpack
 
 import numpy as np
 import pytest
@@ -22,6 +23,8 @@ from duocell.optimizer.single_arm.search import search_arm
 from duocell.optimizer.verification.scene import Scene
 from duocell.optimizer.verification.verify import check
 from tests.support.given.arms import make_arm, region
+from tests.support.given.fields import CellFields
+from tests.support.present import present
 
 MANY = 240
 
@@ -35,12 +38,12 @@ def corrected(count: int = MANY) -> Task:
     return Task(transform(turned, positions))
 
 
-def cell(task: Task, **more) -> Cell:
+def cell(task: Task, **more: Unpack[CellFields]) -> Cell:
     arm = make_arm("ur10e", "arm", region((-0.9, 1.2), (-0.9, 1.2)))
     return Cell(task, (arm,), **more)
 
 
-def test_poses_at_corners_are_kept_and_weights_stay_where_they_are():
+def test_poses_at_corners_are_kept_and_weights_stay_where_they_are() -> None:
     task = corrected()
     poses, short = shortened(task, 20)
     assert len(poses) < 45
@@ -52,7 +55,7 @@ def test_poses_at_corners_are_kept_and_weights_stay_where_they_are():
     assert middle[1] == pytest.approx(middle[0], abs=2e-3 * MANY)
 
 
-def test_a_dwell_keeps_its_weight_and_reversal_keeps_the_choice():
+def test_a_dwell_keeps_its_weight_and_reversal_keeps_the_choice() -> None:
     dwell = np.concatenate([corrected(100).poses, np.repeat(corrected(100).poses[-1:], 140, axis=0)])
     poses, short = shortened(Task(dwell), 20)
     rested = np.linalg.norm(short.poses[:, :3, 3] - dwell[-1, :3, 3], axis=1) < 1e-9
@@ -62,7 +65,7 @@ def test_a_dwell_keeps_its_weight_and_reversal_keeps_the_choice():
     np.testing.assert_allclose(reverse.poses[::-1, :3, 3], short.poses[:, :3, 3], atol=1e-9)
 
 
-def test_segments_stay_apart():
+def test_segments_stay_apart() -> None:
     task = replace(corrected(), starts=(0, 1, 100), names=("a", "b", "c"))
     poses, short = shortened(task, 20)
     assert short.names == ("a", "b", "c")
@@ -70,10 +73,9 @@ def test_segments_stay_apart():
     assert {0, 1, 99, 100, MANY - 1} <= set(poses.tolist())
 
 
-def test_a_layout_is_carried_over_to_all_poses():
+def test_a_layout_is_carried_over_to_all_poses() -> None:
     whole = cell(corrected())
-    problem = reduced_problem(whole, whole.arms[0])
-    assert problem is not None
+    problem = present(reduced_problem(whole, whole.arms[0]))
     short = ShortTask.of(Scene.of(whole), [problem], 20)
     own = evaluate(short.short_problems[0], np.array([[-0.4, -0.3, 0.0]]))
     usable = np.flatnonzero(own.violation[:, 0] == 0.0)
@@ -87,10 +89,10 @@ def test_a_layout_is_carried_over_to_all_poses():
         assert start.objective == pytest.approx(own.objective[k, 0], rel=2e-2)
 
 
-def test_a_long_task_beside_an_obstacle_is_solved_on_all_its_poses():
+def test_a_long_task_beside_an_obstacle_is_solved_on_all_its_poses() -> None:
     free = cell(corrected())
     alone = search_arm(free, free.arms[0], Settings(), np.inf)
-    x, y, _ = alone.best.position
+    x, y, _ = present(alone.best).position
     block = Body("block", transform(np.eye(3), [x, y, 0.3]), Box(np.array([0.25, 0.25, 0.6])))
     blocked = cell(corrected(), surroundings=Surroundings((block,), clearances=Clearances(arm_obstacle=0.02)))
     search = search_coupled(blocked, [search_arm(blocked, blocked.arms[0], Settings(), np.inf)], Settings(), np.inf)

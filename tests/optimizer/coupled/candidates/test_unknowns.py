@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from duocell.models.base.pose import rotation_z, transform
-from duocell.models.cell.coupling import Direction, Mirror, Rail, SameHeight
+from duocell.models.cell.coupling import Coupling, Direction, Mirror, Rail, SameHeight
 from duocell.optimizer.coupled.candidates.unknowns import TiedUnknowns
 from duocell.optimizer.coupled.combinations.project_positions import tie_violations
 from tests.support.given.cells import beam_pair
@@ -24,7 +24,7 @@ TIES = [
 
 
 @pytest.mark.parametrize("ties", TIES, ids=lambda ties: "+".join(tie.kind for tie in ties))
-def test_samples_and_moves_keep_what_is_tied(ties):
+def test_samples_and_moves_keep_what_is_tied(ties: tuple[Coupling, ...]) -> None:
     cell = replace(beam_pair(count=3).cell, couplings=ties)
     unknowns = TiedUnknowns.of(cell, BOXES)
     assert not unknowns.empty
@@ -44,12 +44,12 @@ def test_samples_and_moves_keep_what_is_tied(ties):
     assert seen > 10
 
 
-def _labels(ties):
+def _labels(ties: tuple[Coupling, ...]) -> list[str]:
     return [label for tie in ties for label in tie.rows([np.zeros(4), np.zeros(4)]).labels]
 
 
 @pytest.mark.parametrize("quarters", [1, 2, 3])
-def test_samples_turn_and_shift_with_the_world(quarters):
+def test_samples_turn_and_shift_with_the_world(quarters: int) -> None:
     cell = replace(beam_pair(count=3).cell, couplings=(Rail((0, 1), 0.4),))
     turn = np.round(rotation_z(quarters * np.pi / 2))
     way = np.array([3.0, -7.0, 0.0])

@@ -3,26 +3,30 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Unpack
 
 import numpy as np
 import pytest
 
 from duocell.models.base.pose import transform
+from duocell.models.cell.cell import Cell
 from duocell.models.cell.floor import Floor, Footprint
 from duocell.models.cell.surroundings import Clearances, Equipment, Part, Pedestal, Surroundings
 from duocell.models.cell.task import line
 from duocell.models.geometry.shapes import Body, Box, Sphere
 from duocell.optimizer.infeasibility.searched.obstructed import obstruction
+from duocell.optimizer.results.layout import Reason
 from tests.support.given.arms import region
-from tests.support.given.tasks import possible
+from tests.support.given.fields import SurroundingsFields
+from tests.support.given.tasks import Possible, possible
 
 
-def cell_with(**around):
+def cell_with(**around: Unpack[SurroundingsFields]) -> tuple[Cell, Possible]:
     task = possible("puma560", np.random.default_rng(2), poses=4)
     return replace(task.cell, surroundings=Surroundings(**around)), task
 
 
-def test_a_part_that_hits_something_on_its_way_is_a_proof():
+def test_a_part_that_hits_something_on_its_way_is_a_proof() -> None:
     start, end = (transform(np.eye(3), [x, 0.0, 0.3]) for x in (0.0, 0.9))
     way = line(start, end, 4)
     between = 0.5 * (way.poses[1, :3, 3] + way.poses[2, :3, 3])
@@ -39,21 +43,21 @@ def test_a_part_that_hits_something_on_its_way_is_a_proof():
             assert reasons[0].amount == pytest.approx(0.01, abs=1e-4)
 
 
-def test_without_a_clearance_nothing_is_asked():
+def test_without_a_clearance_nothing_is_asked() -> None:
     _, task = cell_with()
     wall = Body("wall", task.cell.task.poses[0], Box(np.array([1.0, 1.0, 1.0])))
     cell, _ = cell_with(obstacles=(wall,), part=Part((Body("part", np.eye(4), Sphere(0.02)),)))
     assert obstruction(cell) == ()
 
 
-def test_a_floor_without_room_is_a_proof_for_the_arm_that_needs_it():
+def test_a_floor_without_room_is_a_proof_for_the_arm_that_needs_it() -> None:
     cell, task = cell_with()
     x, y = task.position[:2]
     arm = replace(cell.arms[0], base=region((x - 0.2, x + 0.2), (y - 0.2, y + 0.2), float(task.position[2])))
     cell = replace(cell, arms=(arm,))
     around = np.array([[x - 0.5, y - 0.5], [x + 0.5, y - 0.5], [x + 0.5, y + 0.5], [x - 0.5, y + 0.5]])
 
-    def asked(floor, footprint=None):
+    def asked(floor: Floor, footprint: Footprint | None = None) -> tuple[Reason, ...]:
         pedestal = None if footprint is None else Pedestal(0.3, footprint)
         surroundings = Surroundings(floor=floor, equipment={arm.name: Equipment(pedestal=pedestal)})
         return obstruction(replace(cell, surroundings=surroundings))

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bench.draws.cell_draw import Known
 from bench.draws.cells import real_cell
 from bench.judges.dense_check import dense_check
 from duocell.models.cell.cell import Cell
@@ -16,10 +17,11 @@ from duocell.optimizer.infeasibility.searched.partial_path import PartialPath, e
 from duocell.optimizer.infeasibility.searched.violations import violations
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.optimize import optimize
+from tests.support.present import present
 
 
 @pytest.mark.parametrize("seed", [0, 4, 5])
-def test_a_layout_that_is_known_to_work_breaks_nothing(seed):
+def test_a_layout_that_is_known_to_work_breaks_nothing(seed: int) -> None:
     real = real_cell(seed)
     assert real.known is not None
     paths = known_paths(real.cell, real.known)
@@ -34,7 +36,7 @@ def test_a_layout_that_is_known_to_work_breaks_nothing(seed):
         assert path.point.joints == pytest.approx(points[a].joints, abs=1e-6)
 
 
-def known_paths(cell: Cell, known) -> dict[int, PartialPath]:
+def known_paths(cell: Cell, known: Known) -> dict[int, PartialPath]:
     return {
         a: PartialPath(ArmSolution(stand[:3], float(stand[3]), q, None), 0, len(q) - 1, ())
         for a, (stand, q) in enumerate(zip(known.stands, known.joints, strict=True))
@@ -42,7 +44,7 @@ def known_paths(cell: Cell, known) -> dict[int, PartialPath]:
 
 
 @pytest.mark.parametrize("seed", [0, 4, 12, 16])
-def test_what_is_broken_is_what_a_dense_check_finds(seed):
+def test_what_is_broken_is_what_a_dense_check_finds(seed: int) -> None:
     """The best layout of arms that know of nothing around them: the same classes, floor, couplings as a slow judge."""
     cell = real_cell(seed).cell
     best = optimize(replace(cell, surroundings=Surroundings(), couplings=()))
@@ -63,8 +65,8 @@ def test_what_is_broken_is_what_a_dense_check_finds(seed):
     }
     for word, (requirements, required) in pairs.items():
         nearest = verdict.nearest.get(word)
-        if nearest is not None and abs(nearest.distance - required) > 0.004:
-            assert (requirements in kinds) == (nearest.distance < required), word
+        if nearest is not None and abs(nearest.distance - present(required)) > 0.004:
+            assert (requirements in kinds) == (nearest.distance < present(required)), word
     assert (frozenset({Kind.ARM, Kind.FLOOR}) in kinds) == (verdict.floor_gap < 0.0)
     coupled = any(Kind.COUPLING in kind for kind in kinds)
     assert coupled == (verdict.coupling_excess > 1e-6)

@@ -10,11 +10,11 @@ from duocell.models.cell.task import Task, line
 from duocell.models.cell.task_sequence import TaskSegment, task_sequence
 from duocell.optimizer.reduction.box import search_box
 from duocell.optimizer.single_arm.redundant.key_poses import key_poses, partly_moved, reduced_to, shares
-from duocell.optimizer.single_arm.redundant.unreduced_problem import unreduced_problem
+from duocell.optimizer.single_arm.redundant.unreduced_problem import UnreducedProblem, unreduced_problem
 from tests.support.given.tasks import possible
 
 
-def problem_of(task: Task):
+def problem_of(task: Task) -> UnreducedProblem:
     drawn = possible("iiwa14", np.random.default_rng(1), poses=3)
     cell = drawn.cell
     arm = cell.arms[0]
@@ -30,14 +30,14 @@ def straight(count: int) -> Task:
 
 @pytest.mark.parametrize("count", [9, 10, 24])
 @pytest.mark.parametrize("keys", [1, 4])
-def test_the_same_poses_are_chosen_backwards(count, keys):
+def test_the_same_poses_are_chosen_backwards(count: int, keys: int) -> None:
     task = straight(count)
     forth = key_poses(problem_of(task), keys)
     back = key_poses(problem_of(Task(task.poses[::-1])), keys)
     assert sorted(count - 1 - back) == sorted(forth)
 
 
-def test_a_dwell_is_looked_at_as_well_as_the_way():
+def test_a_dwell_is_looked_at_as_well_as_the_way() -> None:
     task = straight(20)
     dwelling = Task(np.concatenate([task.poses[:6], np.repeat(task.poses[5:6], 200, axis=0), task.poses[6:]]))
     problem = problem_of(dwelling)
@@ -51,7 +51,7 @@ def test_a_dwell_is_looked_at_as_well_as_the_way():
     assert np.sum(weights[(keys >= 5) & (keys <= 206)]) > 0.9 * len(keys)
 
 
-def test_joints_go_linearly_from_key_to_key_within_each_segment():
+def test_joints_go_linearly_from_key_to_key_within_each_segment() -> None:
     task = task_sequence([TaskSegment("a", straight(9)), TaskSegment("b", straight(5))])
     problem = problem_of(task)
     keys = np.array([0, 4, 8, 9, 13])
@@ -61,7 +61,7 @@ def test_joints_go_linearly_from_key_to_key_within_each_segment():
     assert np.allclose(matrix[11], [0.0, 0.0, 0.0, 0.5, 0.5])
 
 
-def test_halfway_is_halfway():
+def test_halfway_is_halfway() -> None:
     problem = problem_of(straight(5))
     keys, anchors = np.array([0, 4]), np.array([2])
     half = partly_moved(problem.only(anchors, np.ones(1)), problem.only(keys, np.ones(2)), 0.5)

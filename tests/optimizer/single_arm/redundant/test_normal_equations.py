@@ -6,10 +6,11 @@ from itertools import product
 
 import numpy as np
 
+from duocell.models.base.arrays import Floats
 from duocell.optimizer.single_arm.redundant.normal_equations import backwards, bounded_step, factorised, forwards
 
 
-def test_factors_solve_the_systems():
+def test_factors_solve_the_systems() -> None:
     rng = np.random.default_rng(1)
     jacobian, inverse = rng.normal(size=(7, 6, 5)), rng.uniform(0.2, 3.0, (7, 5))
     damping, rows = rng.uniform(0.01, 0.1, 5), rng.normal(size=(6, 5))
@@ -23,7 +24,7 @@ def test_factors_solve_the_systems():
         assert np.allclose(weighted[:, :, k], inverse[:, k, None] * jacobian[:, :, k])
 
 
-def best_of_all_active_sets(hessian, gradient, lower, upper):
+def best_of_all_active_sets(hessian: Floats, gradient: Floats, lower: Floats, upper: Floats) -> float:
     """The minimum over the box, by trying which coordinates are at which bound."""
     best, d = np.inf, len(gradient)
     for choice in product((-1, 0, 1), repeat=d):
@@ -34,11 +35,11 @@ def best_of_all_active_sets(hessian, gradient, lower, upper):
             rest = gradient[free] + hessian[np.ix_(free, ~free)] @ x[~free]
             x[free] = -np.linalg.solve(hessian[np.ix_(free, free)], rest)
         if np.all(x >= lower - 1e-12) and np.all(x <= upper + 1e-12):
-            best = min(best, gradient @ x + 0.5 * x @ hessian @ x)
+            best = min(best, float(gradient @ x + 0.5 * x @ hessian @ x))
     return best
 
 
-def test_bounded_steps_are_minima_of_their_boxes_whatever_stands_beside_them():
+def test_bounded_steps_are_minima_of_their_boxes_whatever_stands_beside_them() -> None:
     rng = np.random.default_rng(2)
     factors = rng.normal(size=(60, 4, 4))
     hessian = factors @ np.swapaxes(factors, 1, 2) + 0.1 * np.eye(4)

@@ -39,7 +39,7 @@ def kept(problem: UnreducedProblem, seeds: Seeds) -> int:
     return len(distinct(problem, seeds, np.arange(len(seeds)), len(seeds), 0.15, 0.03))
 
 
-def test_arms_that_stand_alike_in_space_are_one_whatever_the_yaw_of_the_base_under_them():
+def test_arms_that_stand_alike_in_space_are_one_whatever_the_yaw_of_the_base_under_them() -> None:
     problem = problem_of(GEN3)
     seeds = under_turned_bases(problem)
     found = figures(problem, seeds)
@@ -48,7 +48,7 @@ def test_arms_that_stand_alike_in_space_are_one_whatever_the_yaw_of_the_base_und
     assert kept(problem, seeds) == 1
 
 
-def test_whole_turns_of_a_joint_without_end_make_no_other_arm_and_half_turns_do():
+def test_whole_turns_of_a_joint_without_end_make_no_other_arm_and_half_turns_do() -> None:
     problem = problem_of(GEN3)
     seeds = under_turned_bases(problem)
     seeds.joints[2] += 2.0 * np.pi * np.arange(len(TURNS))
@@ -57,12 +57,12 @@ def test_whole_turns_of_a_joint_without_end_make_no_other_arm_and_half_turns_do(
     assert kept(problem, seeds) == 2
 
 
-def test_where_the_first_joint_has_limits_and_costs_all_are_kept():
+def test_where_the_first_joint_has_limits_and_costs_all_are_kept() -> None:
     problem = problem_of(IIWA14)
     assert kept(problem, under_turned_bases(problem)) == len(TURNS)
 
 
-def test_copies_of_one_layout_do_not_push_a_better_one_out_of_the_list():
+def test_copies_of_one_layout_do_not_push_a_better_one_out_of_the_list() -> None:
     """Ten copies of a layout at 106.06 filled it; the known value is what another seed of the draws once led to."""
     layout = optimize(way_task(GEN3).cell, Settings(certificate=None))
     assert_ended(layout)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
@@ -22,16 +23,16 @@ from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, unre
 from tests.support.given.tasks import possible
 
 
-def test_the_path_is_the_cheapest_of_all():
+def test_the_path_is_the_cheapest_of_all() -> None:
     rng, endless, allowed = np.random.default_rng(1), np.array([False, True]), 0.4
     layers = [_Layer(rng.uniform(-4.0, 4.0, (2, 4)), rng.uniform(0.0, 300.0, 4)) for _ in range(4)]
 
-    def cost(choice):
-        total = sum(layer.costs[k] for layer, k in zip(layers, choice, strict=True))
+    def cost(choice: Sequence[int]) -> float:
+        total = sum(float(layer.costs[k]) for layer, k in zip(layers, choice, strict=True))
         for j in range(3):
             step = layers[j].joints[:, choice[j]] - layers[j + 1].joints[:, choice[j + 1]]
             step[1] -= TURN * np.round(step[1] / TURN)
-            total += LEAP_PENALTY * max(np.max(np.abs(step)) - allowed, 0.0)
+            total += LEAP_PENALTY * max(float(np.max(np.abs(step))) - allowed, 0.0)
         return total
 
     best = min(product(range(4), repeat=4), key=cost)
@@ -40,7 +41,7 @@ def test_the_path_is_the_cheapest_of_all():
 
 
 @pytest.mark.parametrize("name", ["xarm7", "gen3"])
-def test_a_path_is_found_among_the_postures_of_a_poor_pool(name):
+def test_a_path_is_found_among_the_postures_of_a_poor_pool(name: str) -> None:
     task = possible(name, np.random.default_rng(2), poses=4, step=0.05)
     problem = unreduced_problem(task.cell, task.arm, search_box(task.cell, task.arm))
     base = np.array([[*(task.position - problem.origin), task.yaw]])
@@ -53,6 +54,6 @@ def test_a_path_is_found_among_the_postures_of_a_poor_pool(name):
     assert found.over[0] < 1e-2
 
 
-def test_bases_are_apart():
+def test_bases_are_apart() -> None:
     bases = np.array([[0.0, 0, 0, 0], [0.01, 0, 0, 1], [0.5, 0, 0, 0], [0.0, 0.4, 0, 0], [1.0, 0, 0, 0]])
     assert list(distinct_bases(bases, 3, 0.03)) == [0, 2, 3]

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import rotation_about, rotation_z, transform
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import Task
@@ -49,7 +50,7 @@ def found(cell: Cell) -> float:
     return search.objective
 
 
-def seen_otherwise(cell: Cell, quarters: int, shift: np.ndarray) -> Cell:
+def seen_otherwise(cell: Cell, quarters: int, shift: Floats) -> Cell:
     """The same cell in a world that is turned by quarter turns and shifted, its poses reversed."""
     arm, turn = cell.arms[0], np.round(rotation_z(quarters * np.pi / 2))
     bounds = arm.base.bounds
@@ -64,41 +65,41 @@ def seen_otherwise(cell: Cell, quarters: int, shift: np.ndarray) -> Cell:
 
 
 @pytest.mark.parametrize(("name", "mount"), CASES, ids=lambda v: v if isinstance(v, str) else "")
-def test_no_answer_is_worse_than_the_witness(name, mount):
+def test_no_answer_is_worse_than_the_witness(name: str, mount: Floats) -> None:
     task = possible(name, np.random.default_rng(12), poses=5, half=(0.3, 0.3, 0.0, 0.5), mount=mount)
     assert found(task.cell) <= objective_of(task.cell.task, task.arm, task.joints) * (1.0 + 1e-6)
 
 
 @pytest.mark.parametrize("name", ["iiwa14", "xarm7"])
-def test_task_sequences_are_served_by_one_base(name):
-    task = possible_task_sequence(name, np.random.default_rng(13), weights=(1.0, 0.3, 2.0), half=(0.4, 0.4, 0.0, np.pi))
+def test_task_sequences_are_served_by_one_base(name: str) -> None:
+    task = possible_task_sequence(name, np.random.default_rng(13), (1.0, 0.3, 2.0), half=(0.4, 0.4, 0.0, np.pi))
     assert found(task.cell) <= objective_of(task.cell.task, task.arm, task.joints) * (1.0 + 1e-6)
 
 
-def test_an_answer_does_not_depend_on_how_the_world_is_seen():
+def test_an_answer_does_not_depend_on_how_the_world_is_seen() -> None:
     task = possible("iiwa14", np.random.default_rng(14), poses=6, half=(0.3, 0.4, 0.1, 0.6))
     here = found(task.cell)
     for quarters, shift in ((1, np.zeros(3)), (2, np.array([10.0, -7.0, 3.0]))):
         assert found(seen_otherwise(task.cell, quarters, shift)) == pytest.approx(here, rel=1e-6)
 
 
-def test_small_steps_and_conditioning_are_kept():
+def test_small_steps_and_conditioning_are_kept() -> None:
     task = possible("iiwa14", np.random.default_rng(15), poses=8, step=0.03, max_joint_step=0.2, min_conditioning=0.03)
     assert found(task.cell) <= objective_of(task.cell.task, task.arm, task.joints) * (1.0 + 1e-6)
 
 
-def test_long_tasks_are_solved_on_key_poses_first():
+def test_long_tasks_are_solved_on_key_poses_first() -> None:
     task = possible("franka_panda", np.random.default_rng(16), poses=150, step=0.004, half=(0.3, 0.3, 0.0, np.pi))
     assert found(task.cell) <= objective_of(task.cell.task, task.arm, task.joints) * (1.0 + 1e-6)
 
 
-def test_a_dwell_does_not_keep_the_base_where_other_poses_are_out_of_reach():
+def test_a_dwell_does_not_keep_the_base_where_other_poses_are_out_of_reach() -> None:
     cell = possible("xarm7", np.random.default_rng([5, 2]), poses=8, step=0.15, half=(1.0, 1.0, 0.0, np.pi)).cell
     rows = np.sort(np.append(np.arange(8), np.full(210, 3)))
     assert found(replace(cell, task=Task(cell.task.poses[rows]))) <= DWELL * (1.0 + 1e-3)
 
 
-def test_one_optimum_in_several_guises_is_solved_once():
+def test_one_optimum_in_several_guises_is_solved_once() -> None:
     task = possible("jaco2", np.random.default_rng(18), half=(0.3, 0.3, 0.0, np.pi))
     problem = unreduced_problem(task.cell, task.arm, search_box(task.cell, task.arm))
     base = np.array([*(task.position - problem.origin), task.yaw])
@@ -128,7 +129,7 @@ def real(cell: Cell, arm: Arm, path: LayeredPath) -> None:
 
 
 @pytest.mark.parametrize(("name", "mount"), CASES, ids=lambda v: v if isinstance(v, str) else "")
-def test_paths_from_many_bases_reach_every_pose_and_come_in_order(name, mount):
+def test_paths_from_many_bases_reach_every_pose_and_come_in_order(name: str, mount: Floats) -> None:
     task = possible(name, np.random.default_rng(2), poses=4, step=0.06, half=(0.2, 0.2, 0.0, 0.5), mount=mount)
     paths = varied_paths(task.cell, task.arm, search_box(task.cell, task.arm), 0).paths
     usable = [path for path in paths if path.violation == 0.0]
@@ -140,7 +141,7 @@ def test_paths_from_many_bases_reach_every_pose_and_come_in_order(name, mount):
     assert objectives == [path.objective for path in paths[: len(usable)]] == sorted(objectives)
 
 
-def test_continued_paths_reach_every_pose_and_are_repeatable():
+def test_continued_paths_reach_every_pose_and_are_repeatable() -> None:
     task = possible("franka_panda", np.random.default_rng(3), poses=6, step=0.05, half=(0.3, 0.3, 0.1, np.pi))
     area = np.concatenate([search_box(task.cell, task.arm), [[0.0, 0.0]]])
     first, second = (continue_paths(task.cell, task.arm, area, 5, 64) for _ in range(2))
@@ -150,7 +151,7 @@ def test_continued_paths_reach_every_pose_and_are_repeatable():
         assert np.array_equal(a.joints, b.joints)
 
 
-def test_the_second_net_starts_from_the_seeds_that_were_left_where_no_candidate_took_every_pose():
+def test_the_second_net_starts_from_the_seeds_that_were_left_where_no_candidate_took_every_pose() -> None:
     task = possible("iiwa14", np.random.default_rng(19), half=(0.3, 0.3, 0.0, np.pi))
     problem = unreduced_problem(task.cell, task.arm, search_box(task.cell, task.arm))
     staged_ = staged(problem, PARAMETERS, 0)

@@ -3,24 +3,25 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from duocell.models.base.arrays import Bools, Floats
 from duocell.models.kinematics.branches import solve_signed
 from duocell.optimizer.certificate.bounds.angles.expansion import enclose, expand
 from duocell.optimizer.certificate.bounds.angles.joints import Kinematics
 from duocell.optimizer.certificate.bounds.angles.targets import Targets
 from duocell.optimizer.certificate.bounds.boxes import Boxes
 from duocell.optimizer.certificate.bounds.twist import twist_of
-from duocell.optimizer.reduction.reduced import seen_from
+from duocell.optimizer.reduction.reduced import ReducedProblem, seen_from
 from tests.support.given.boxes import PARALLEL, SPECIAL, SPHERICAL, members, random_problem
 
 TURN = 2.0 * np.pi
 SAMPLES = 14
 
 
-def wrapped(angle):
+def wrapped(angle: Floats) -> Floats:
     return angle - TURN * np.round(angle / TURN)
 
 
-def random_boxes(problem, count, rng):
+def random_boxes(problem: ReducedProblem, count: int, rng: np.random.Generator) -> Boxes:
     """Anywhere in the region, many of them through the first axis, of every size."""
     bounds = problem.arm.base.bounds[:3]
     centre = rng.uniform(bounds[:, 0], bounds[:, 1], (count, 3))
@@ -32,14 +33,14 @@ def random_boxes(problem, count, rng):
     return Boxes(centre, half, rng.integers(0, 8, count))
 
 
-def exact(problem, boxes, places):
+def exact(problem: ReducedProblem, boxes: Boxes, places: Floats) -> tuple[Floats, Bools]:
     """(6, N, m) joints modulo 2π, and (N, m) whether the pose is reached."""
     branches = solve_signed(problem.form, problem.rotations, seen_from(problem, places), boxes.signs)
     return branches.joints[:, 0], branches.missing[0] == 0.0
 
 
 @pytest.mark.parametrize("name", SPHERICAL + PARALLEL + SPECIAL)
-def test_every_member_of_a_box_is_enclosed_and_expanded(name):
+def test_every_member_of_a_box_is_enclosed_and_expanded(name: str) -> None:
     rng = np.random.default_rng(sum(map(ord, name)))
     tightest, seen, regular = 0.0, 0, 0
     for trial in range(8):
@@ -80,13 +81,13 @@ def test_every_member_of_a_box_is_enclosed_and_expanded(name):
 
 
 @pytest.mark.parametrize("name", ["puma560", "ur10e"])
-def test_the_remainder_is_of_second_order(name):
+def test_the_remainder_is_of_second_order(name: str) -> None:
     rng = np.random.default_rng(11)
     problem = random_problem(name, rng)
     kinematics = Kinematics.of(Targets.of(problem))
     boxes = random_boxes(problem, 400, rng)
 
-    def rest(size):
+    def rest(size: float) -> tuple[Floats, Bools]:
         small = Boxes(boxes.centre, np.tile([size, size, 0.0], (len(boxes), 1)), boxes.posture)
         found = enclose(kinematics, small, kinematics.angles(small))
         return expand(kinematics, found).rest, found.regular
@@ -98,7 +99,7 @@ def test_the_remainder_is_of_second_order(name):
 
 
 @pytest.mark.parametrize("name", ["puma560", "ur10e", "oblique"])
-def test_boxes_of_no_size_give_the_exact_joints(name):
+def test_boxes_of_no_size_give_the_exact_joints(name: str) -> None:
     rng = np.random.default_rng(12)
     problem = random_problem(name, rng)
     kinematics = Kinematics.of(Targets.of(problem))
@@ -113,7 +114,7 @@ def test_boxes_of_no_size_give_the_exact_joints(name):
 
 
 @pytest.mark.parametrize("name", ["irb6700", "ur10e"])
-def test_a_box_out_of_reach_is_known_to_be(name):
+def test_a_box_out_of_reach_is_known_to_be(name: str) -> None:
     rng = np.random.default_rng(13)
     problem = random_problem(name, rng)
     kinematics = Kinematics.of(Targets.of(problem))

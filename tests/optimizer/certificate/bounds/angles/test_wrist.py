@@ -29,7 +29,7 @@ def test_the_bend_of_an_oblique_wrist_is_known_next_to_its_ends(slant: float) ->
     """Two equal slants: a is turned into axis 6 by 2 asin(sin(slant) sin(q/2)), however little axis 5 turns."""
     c, s = float(np.cos(slant)), float(np.sin(slant))
     wrist = Wrist(np.eye(3), np.eye(3), c, s, c, s, 0.0, 1)
-    assert wrist.cone == (0.0, pytest.approx(2.0 * slant))
+    assert wrist.cone == pytest.approx((0.0, 2.0 * slant))
     for turn in 10.0 ** np.arange(-12.0, 0.5):
         theta = 2.0 * np.arcsin(s * np.sin(0.5 * turn))
         assert _bend(wrist, np.array(theta)) == pytest.approx(turn, rel=1e-9)

@@ -38,14 +38,14 @@ class Active:
 
     Attributes:
         job: its last state; without the request as long as it waits.
-        feed: its events.
+        event_log: its events.
         finished: done when it is; the whole job, or None if this process ends before.
         solving: the solve under way.
         called_off: the solve is to end because the job was cancelled or goes back into the queue.
     """
 
     job: Job
-    feed: EventLog = field(default_factory=EventLog)
+    event_log: EventLog = field(default_factory=EventLog)
     finished: asyncio.Future[Job | None] = field(default_factory=lambda: asyncio.get_running_loop().create_future())
     solving: asyncio.Task[Answer] | None = None
     called_off: bool = False
@@ -58,6 +58,6 @@ class Active:
 
     def give_up(self) -> None:
         """Tell everybody that nothing more will come from here."""
-        self.feed.close()
+        self.event_log.close()
         if not self.finished.done():
             self.finished.set_result(None)

@@ -99,8 +99,8 @@ class Dispatcher:
         self.ended += 1
         _count(job)
         active.job = job
-        active.feed.tell(*events)
-        active.feed.close()
+        active.event_log.tell(*events)
+        active.event_log.close()
         if not active.finished.done():
             active.finished.set_result(job)
 
@@ -169,13 +169,13 @@ class Dispatcher:
         if active.job.status is JobStatus.QUEUED:
             await self._executor.ready()  # waiting for a worker to start is no attempt
             job = active.job
-            event = active.feed.state(job.revision + 1, "status", status="running", attempt=job.attempts + 1)
+            event = active.event_log.state(job.revision + 1, "status", status="running", attempt=job.attempts + 1)
             claimed = await self._stored(job, JobStatus.RUNNING, self._store.store.claim, job.id, [event])
             if claimed is None:
                 return None
             active.job = claimed
-            active.feed.saved(event.number)
-            active.feed.tell(event)
+            active.event_log.saved(event.number)
+            active.event_log.tell(event)
         try:
             return await self._solve(active)
         except WorkerDied as error:
@@ -202,7 +202,7 @@ class Dispatcher:
 
         def note(kind: str, data: str) -> None:
             metrics.reported(kind, data)
-            active.feed.note(kind, data)
+            active.event_log.note(kind, data)
 
         active.solving = asyncio.create_task(self._executor.solve(task, note))
         if active.called_off:
@@ -231,14 +231,14 @@ class Dispatcher:
         """
         job, died = active.job, why.failure
         reason = "The service was stopped." if died is None else died.detail
-        event = active.feed.state(job.revision + 1, "status", status="queued", detail=reason)
-        events = [*active.feed.unsaved(), event]
+        event = active.event_log.state(job.revision + 1, "status", status="queued", detail=reason)
+        events = [*active.event_log.unsaved(), event]
         put_back = self._store.store.put_back
         back = await self._stored(job, JobStatus.QUEUED, put_back, job, events, counted=died is not None)
         if back is not None:
             active.job, active.called_off = back, False
-            active.feed.saved(event.number)
-            active.feed.tell(event)
+            active.event_log.saved(event.number)
+            active.event_log.tell(event)
             if not self._draining:
                 self.queue(active, first=True)
         return back is not None
@@ -246,7 +246,7 @@ class Dispatcher:
     async def _finish(self, active: Active, ending: Ending) -> bool:
         """Store a final state. False if the job is none of ours any more."""
         job, failure = active.job, ending.failure
-        event = active.feed.state(
+        event = active.event_log.state(
             job.revision + 1,
             LAST,
             status=ending.status.value,
@@ -255,7 +255,7 @@ class Dispatcher:
             error=None if failure is None else {"code": failure.code, "detail": failure.detail},
             ended=ending.ended,
         )
-        events = [*active.feed.unsaved(), event]
+        events = [*active.event_log.unsaved(), event]
         head = await self._stored(job, ending.status, self._store.store.finish, job, ending, events)
         if head is not None:
             self.end(active, replace(head, request=job.request, result=ending.result), event)

@@ -145,10 +145,10 @@ class Jobs:
             self._check_room(client)
         job = _new_job(accepted, client)
         active = Active(job)
-        events = [active.feed.state(1, "status", status="queued")]
+        events = [active.event_log.state(1, "status", status="queued")]
         if at_once:
             job = replace(job, status=JobStatus.RUNNING, started_at=job.created_at, attempts=1, revision=2)
-            events.append(active.feed.state(2, "status", status="running", attempt=1))
+            events.append(active.event_log.state(2, "status", status="running", attempt=1))
         self._storing[client] += not at_once
         self._on_the_way.add(job.id)  # nobody else takes it up before it is in good hands
         try:
@@ -160,8 +160,8 @@ class Jobs:
             raise
         finally:
             self._storing[client] -= not at_once
-        active.feed.saved(events[-1].number)
-        active.feed.tell(*events)
+        active.event_log.saved(events[-1].number)
+        active.event_log.tell(*events)
         # Request and form are long, and are read again when its turn comes.
         active.job = job if at_once else replace(job, request="", prepared=None)
         (dispatcher.run if at_once else dispatcher.queue)(active)
@@ -247,13 +247,13 @@ class Jobs:
                 yield event
                 after = event.number
         while active is not None:
-            fresh = active.feed.after(after)
+            fresh = active.event_log.after(after)
             for event in fresh:
                 yield event
                 after = event.number
-            if active.feed.closed and not fresh:
+            if active.event_log.closed and not fresh:
                 return
-            if not fresh and not await active.feed.news(silence):
+            if not fresh and not await active.event_log.news(silence):
                 yield None
 
     # -------------------------------------------------------------------------------------------------------- changing
@@ -274,7 +274,7 @@ class Jobs:
         if job is None:
             return None
         active = self._dispatcher.active.get(job_id) or Active(job)
-        event = active.feed.state(
+        event = active.event_log.state(
             active.job.revision + 1, LAST, status=JobStatus.CANCELLED.value, ended=CALLED_OFF.ended
         )
         head = None if job.status.finished else await self._cancelled(job_id, event)
@@ -330,12 +330,12 @@ class Jobs:
 
     async def _save_events(self) -> None:
         active = self._dispatcher.active
-        fresh = [(key, event) for key, one in active.items() for event in one.feed.unsaved()]
+        fresh = [(key, event) for key, one in active.items() for event in one.event_log.unsaved()]
         if fresh:
             await self._store.change(self._store.store.add_events, fresh)
             for key, event in fresh:
                 if key in active:
-                    active[key].feed.saved(event.number)
+                    active[key].event_log.saved(event.number)
 
 
 def _new_job(accepted: Accepted, client: str) -> Job:

@@ -20,7 +20,6 @@ from duocell.optimizer.single_arm.doubt import at_limit, in_doubt
 from duocell.optimizer.single_arm.search import search_arm
 from duocell.optimizer.verification.arm_path import check_arm_path
 from duocell.optimizer.verification.verify import check
-from duocell.optimizer.verification.arm_path import check_arm_path
 from tests.support.present import present
 
 

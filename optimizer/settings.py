@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from duocell.optimizer.parameters.search import SEARCH, SearchParameters
+
 
 @dataclass(frozen=True, slots=True)
 class CertificateSettings:
@@ -43,6 +45,7 @@ class Settings:
         alternatives: how many other layouts to report at most.
         tolerance: installation errors to look at; None for none.
         explain: find out what blocks a cell without a layout; takes up to ``time_limit`` again.
+        parameters: numbers of the search, for those who study it; other ones make another search.
     """
 
     seed: int = 0
@@ -52,3 +55,4 @@ class Settings:
     alternatives: int = 0
     tolerance: ToleranceSettings | None = None
     explain: bool = False
+    parameters: SearchParameters = SEARCH

@@ -27,12 +27,12 @@ from duocell.models.cell.task import Task
 from duocell.models.kinematics.kinematics import flange_poses
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.nlp.program import ArmSolution
+from duocell.optimizer.parameters.unreduced import PARAMETERS
 from duocell.optimizer.reduction.box import search_box
 from duocell.optimizer.settings import Settings
 from duocell.optimizer.single_arm.continuation import continue_paths
 from duocell.optimizer.single_arm.local import solve_locally
 from duocell.optimizer.single_arm.passable import best_passable
-from duocell.optimizer.single_arm.redundant.parameters import PARAMETERS
 from duocell.optimizer.single_arm.redundant.unreduced import Optimum, search_unreduced
 from duocell.optimizer.single_arm.search import search_arm
 from duocell.optimizer.verification.arm_path import check_arm_path

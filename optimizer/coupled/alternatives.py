@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from duocell.models.robot.posture import ALL_SIGNS
-from duocell.optimizer.coupled.candidates.extender import FULL
 from duocell.optimizer.coupled.candidates.followed import Followed
 from duocell.optimizer.coupled.candidates.layouts import sample_layouts
 from duocell.optimizer.coupled.candidates.starts import Start, starts_of
@@ -20,33 +19,32 @@ from duocell.optimizer.sqp.nearby import nearby
 from duocell.optimizer.sqp.refine import penalty_of, refine
 from duocell.optimizer.verification.scene import Scene
 
-APART, ELSEWHERE = 0.3, 6
-"""m; starts this near to what is known in the same postures are no alternatives; refinements per alternative, twice."""
-OTHERS = 6
-"""Starts that do not keep everything, of every look."""
-
 
 def look_elsewhere(scene: Scene, search: CoupledSearch, problems: Sequence[ReducedProblem], terms: Terms) -> None:
     """Look for as many more layouts as are asked for, whatever they cost."""
-    wanted = terms.settings.alternatives
+    wanted, parameters = terms.settings.alternatives, terms.parameters
+    apart, refinement = parameters.alternatives_apart, terms.settings.parameters.refinement
+    pairing = replace(parameters.full, worth=np.inf)
     starts: list[Start] = []
     for some in (problems, *_in_other_postures(problems, search.found[0].points)):
         followed = Followed.of(scene, some)
-        layouts, tried = sample_layouts(followed, 1.0, terms.settings.seed, replace(FULL, worth=np.inf))
-        starts += starts_of(followed, layouts, ELSEWHERE * wanted, OTHERS, APART)
+        layouts, tried = sample_layouts(followed, 1.0, terms.settings.seed, pairing, positions=parameters.positions)
+        starts += starts_of(
+            followed, layouts, parameters.elsewhere * wanted, parameters.other_starts, apart, parameters.measured
+        )
         search.candidates += tried
-    starts.sort(key=lambda start: (not start.clean, start.score(penalty_of(scene.cell))))
+    starts.sort(key=lambda start: (not start.clean, start.score(penalty_of(scene.cell, refinement))))
     tried_points: list[Sequence[ArmSolution]] = [one.points for one in search.found]
     for start in starts:
-        if len(search.found) > wanted or len(tried_points) > ELSEWHERE * wanted:
+        if len(search.found) > wanted or len(tried_points) > parameters.elsewhere * wanted:
             return
         if terms.late:
             search.finished = False
             return
-        if any(nearby(start.points, points, APART) for points in tried_points):
+        if any(nearby(start.points, points, apart) for points in tried_points):
             continue
         search.starts += 1
-        refined = refine(scene, start.points, terms.deadline, ())
+        refined = refine(scene, start.points, terms.deadline, (), parameters=refinement)
         tried_points += [start.points, refined.points]
         if refined.clean:
             search.keep(refined)

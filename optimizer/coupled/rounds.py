@@ -9,7 +9,6 @@ import numpy as np
 from duocell.optimizer.clearance.clearance import PathClearance
 from duocell.optimizer.coupled.alternatives import look_elsewhere
 from duocell.optimizer.coupled.arms_alone import impossible_alone
-from duocell.optimizer.coupled.candidates.extender import FULL, QUICK
 from duocell.optimizer.coupled.candidates.followed import Followed
 from duocell.optimizer.coupled.candidates.layouts import sample_layouts
 from duocell.optimizer.coupled.candidates.polish import polished
@@ -24,18 +23,6 @@ from duocell.optimizer.reduction.reduced import ReducedProblem
 from duocell.optimizer.single_arm.arm_search import ArmSearch
 from duocell.optimizer.verification.scene import Scene, alone_scene
 
-DENSITIES = (0.15, 1.0, 4.0)
-"""Samples of each round, relative to `candidates.layouts.POSITIONS`: the first is to find a usable layout early, the
-last is for cells in which the second finds none, and takes only what can be followed between the poses."""
-CLEAN, OTHERS = 10, 6
-"""Starts of a round that keep everything at the poses, and others."""
-FEW = 3
-"""Clean ones that are measured first where any usable layout will do."""
-ROUNDS = 2
-"""Of arms without a reduced problem, whose candidates are few and looked at closely."""
-SHORT = (40, 160)
-"""Poses that stand for a long task, at first and where nothing is found with these."""
-
 
 def search_short(
     scene: Scene,
@@ -45,7 +32,7 @@ def search_short(
     terms: Terms,
 ) -> None:
     """Search on some of the poses, and refine what is found there on all of them; on more poses if that fails."""
-    for count in SHORT:
+    for count in terms.parameters.short:
         if len(scene.cell.task) <= count or not search.finished:
             return
         short = ShortTask.of(scene, problems, count)
@@ -73,8 +60,9 @@ def search_reduced(
     """Rounds of samples, ever denser: the first until something is usable, the second for what is best."""
     followed = Followed.of(scene, problems)
     early: list[Start] = []
-    for round_ in range(len(DENSITIES)):
-        terms.report("sampling layouts", round_ / len(DENSITIES))
+    rounds = len(terms.parameters.densities)
+    for round_ in range(rounds):
+        terms.report("sampling layouts", round_ / rounds)
         starts = _sampled(scene, followed, search, round_, terms)
         starts = sorted([*early, *starts], key=lambda start: (not start.clean, start.objective))
         if round_ == 0 and search.found:
@@ -94,33 +82,39 @@ def search_reduced(
 
 def _sampled(scene: Scene, followed: Followed, search: CoupledSearch, round_: int, terms: Terms) -> list[Start]:
     """The starts of one round; in the first one few will do if one of them is usable as it is."""
-    closely = round_ == len(DENSITIES) - 1
-    effort = QUICK if round_ == 0 else FULL
-    layouts, tried = sample_layouts(followed, DENSITIES[round_], terms.settings.seed + round_, effort, closely)
+    parameters = terms.parameters
+    closely = round_ == len(parameters.densities) - 1
+    pairing = parameters.quick if round_ == 0 else parameters.full
+    layouts, tried = sample_layouts(
+        followed, parameters.densities[round_], terms.settings.seed + round_, pairing, closely, parameters.positions
+    )
     search.candidates += tried
     if round_ == 0:
-        some = starts_of(followed, layouts, FEW, 0)
-        first_usable(scene, search, some)
+        some = starts_of(followed, layouts, parameters.few, 0, parameters.apart, parameters.measured)
+        first_usable(scene, search, some, terms)
         if search.found:
             return some
     elif not closely and scene.model is None and scene.cell.surroundings.floor is None:
         layouts = polished(followed, layouts)
-    return starts_of(followed, layouts, CLEAN, OTHERS)
+    return starts_of(followed, layouts, parameters.clean, parameters.others, parameters.apart, parameters.measured)
 
 
 def search_general(scene: Scene, search: CoupledSearch, searches: Sequence[ArmSearch], terms: Terms) -> None:
     """Rounds of combinations of few candidates per arm, looked at closely."""
-    for round_ in range(ROUNDS):
-        terms.report("combining candidates", round_ / ROUNDS)
+    parameters, refinement = terms.parameters, terms.settings.parameters.refinement
+    for round_ in range(parameters.rounds):
+        terms.report("combining candidates", round_ / parameters.rounds)
         pools = []
         for index, arm in enumerate(searches):
-            pool = pool_of(scene, index, arm.problem, round_, terms.settings.seed, terms.deadline)
+            pool = pool_of(scene, index, arm.problem, round_, terms.settings.seed, terms.deadline, refinement)
             if arm.best is not None:
                 pool = with_optimum(pool, alone_scene(scene.cell, arm.arm), arm.best, arm.objective)
             pools.append(pool)
             search.candidates += pool.evaluated
-        combined = combine(scene, pools, [arm.problem for arm in searches], 2**round_, terms.deadline)
-        starts = [Start(one.points, one.objective, one.violation) for one in combined[: CLEAN + OTHERS]]
+        combined = combine(scene, pools, [arm.problem for arm in searches], 2**round_, terms.deadline, refinement)
+        starts = [
+            Start(one.points, one.objective, one.violation) for one in combined[: parameters.clean + parameters.others]
+        ]
         _take(scene, search, starts, terms)
         if search.found or not search.finished:
             return
@@ -129,7 +123,7 @@ def search_general(scene: Scene, search: CoupledSearch, searches: Sequence[ArmSe
 def _take(scene: Scene, search: CoupledSearch, starts: Sequence[Start], terms: Terms) -> None:
     """The first that is usable as it is, then where they lead."""
     if not search.found:
-        first_usable(scene, search, starts)
+        first_usable(scene, search, starts, terms)
     refine_all(scene, search, starts, terms)
 
 

@@ -7,24 +7,17 @@ from dataclasses import replace
 
 from duocell.models.cell.cell import Cell
 from duocell.optimizer.coupled.alternatives import look_elsewhere
-from duocell.optimizer.coupled.candidates.short_task import LONG
 from duocell.optimizer.coupled.canonical import CanonicalForm
 from duocell.optimizer.coupled.found import CoupledSearch
 from duocell.optimizer.coupled.refinements import Terms, as_it_is
 from duocell.optimizer.coupled.rounds import search_general, search_reduced, search_short
+from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.progress.incumbents import layout_found
 from duocell.optimizer.reduction.reduced import reduced_problem
 from duocell.optimizer.settings import Settings
 from duocell.optimizer.single_arm.arm_search import ArmSearch
 from duocell.optimizer.sqp.refine import Refined, refine
 from duocell.optimizer.verification.scene import Scene
-
-PRECISE = 1e-9
-"""Relative fall of the merit at which the answer's last descent ends."""
-AGAIN, STILL = 6, 1e-7
-"""So often at most, while that gains more than this share: along the end of reach descents take many short steps."""
-RIVALS = 1e-3
-"""Relative; layouts that cost no more than this above the best one are brought to their optima as well."""
 
 
 def search_coupled(
@@ -53,7 +46,7 @@ def search_coupled(
     _polish(scene, search, sum(one.objective for one in searches), terms)
     given = scene if form.is_as_given else Scene.of(cell)
     if not form.is_as_given:
-        search.found = [_as_given(given, form, one, deadline) for one in search.found]
+        search.found = [_as_given(given, form, one, terms) for one in search.found]
     if search.nearest is not None and not search.found:
         points = form.back(search.nearest.points)
         search.nearest = replace(search.nearest, points=points, clearance=given.certify(points))
@@ -63,13 +56,13 @@ def search_coupled(
 def _search(scene: Scene, search: CoupledSearch, searches: Sequence[ArmSearch], terms: Terms) -> None:
     """The arms' own optima together, then rounds of starts; then alternatives, where they are asked for."""
     optimum = tuple(arm.best for arm in searches if arm.best is not None)
-    if search.keep(as_it_is(scene, optimum)) and terms.settings.alternatives == 0:
+    if search.keep(as_it_is(scene, optimum, terms.parameters.hopeless)) and terms.settings.alternatives == 0:
         return
     problems = [arm.problem for arm in searches if arm.problem is not None]
     if len(problems) < len(searches):
         search_general(scene, search, searches, terms)
         return
-    if len(scene.cell.task) > LONG:
+    if len(scene.cell.task) > terms.parameters.long:
         search_short(scene, search, problems, optimum, terms)
     if not search.found and search.finished:
         search_reduced(scene, search, problems, optimum, terms)
@@ -99,11 +92,11 @@ def _polish(scene: Scene, search: CoupledSearch, least: float, terms: Terms) -> 
     Args:
         scene: the cell. search: of it. least: E of its arms alone, below which there is nothing. terms: of the search.
     """
-    known = search.best
-    if known is None or known.objective <= least * (1.0 + PRECISE):
+    known, parameters = search.best, terms.parameters
+    if known is None or known.objective <= least * (1.0 + parameters.precise):
         return
-    for one in [found for found in search.found if found.objective <= known.objective * (1.0 + RIVALS)]:
-        for _ in range(AGAIN):
+    for one in [found for found in search.found if found.objective <= known.objective * (1.0 + parameters.rivals)]:
+        for _ in range(parameters.again):
             if terms.late:
                 return
             refined = _to_the_margins(scene, one, terms)
@@ -112,7 +105,7 @@ def _polish(scene: Scene, search: CoupledSearch, least: float, terms: Terms) -> 
             gained = one.objective - refined.objective
             search.improve(one, refined)
             one = refined
-            if gained <= STILL * one.objective:
+            if gained <= parameters.still * one.objective:
                 break
 
 
@@ -121,12 +114,18 @@ def _to_the_margins(scene: Scene, known: Refined, terms: Terms) -> Refined:
 
     Beside a singular wrist joints turn by many times what the wrist does: a quarter of a margin may cost a thousandth.
     """
-    refined = refine(replace(scene, margin_factor=1.0), known.points, terms.deadline, worth=PRECISE)
-    return refined if refined.clean else refine(scene, known.points, terms.deadline, worth=PRECISE)
+    refined = _precisely(replace(scene, margin_factor=1.0), known.points, terms)
+    return refined if refined.clean else _precisely(scene, known.points, terms)
 
 
-def _as_given(scene: Scene, form: CanonicalForm, refined: Refined, deadline: float) -> Refined:
+def _precisely(scene: Scene, points: Sequence[ArmSolution], terms: Terms) -> Refined:
+    """Where a layout leads, to the last digits."""
+    parameters = terms.settings.parameters
+    return refine(scene, points, terms.deadline, worth=parameters.coupled.precise, parameters=parameters.refinement)
+
+
+def _as_given(scene: Scene, form: CanonicalForm, refined: Refined, terms: Terms) -> Refined:
     """A clean layout of the canonical form as one of the cell as it was given, checked anew."""
     points = form.back(refined.points)
-    found = replace(as_it_is(scene, points), rounds=refined.rounds)
-    return found if found.clean else refine(scene, points, deadline, worth=PRECISE)
+    found = replace(as_it_is(scene, points, terms.parameters.hopeless), rounds=refined.rounds)
+    return found if found.clean else _precisely(scene, points, terms)

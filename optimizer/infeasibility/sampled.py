@@ -7,19 +7,19 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from duocell.models.base.arrays import Floats
-from duocell.optimizer.coupled.candidates.extender import Effort as Pairing
 from duocell.optimizer.coupled.candidates.followed import Followed
 from duocell.optimizer.coupled.candidates.layouts import sample_layouts
 from duocell.optimizer.coupled.candidates.starts import starts_of
 from duocell.optimizer.infeasibility.effort import Effort
 from duocell.optimizer.infeasibility.searched.trial import Found, clean
 from duocell.optimizer.nlp.program import ArmSolution
+from duocell.optimizer.parameters.coupled import Pairing
 from duocell.optimizer.reduction.reduced import ReducedProblem
 from duocell.optimizer.sqp.refine import refine
 from duocell.optimizer.verification.scene import LIMITS, Scene
 
 DENSITIES = (0.15, 0.6)
-"""Of the samples in which a first layout is looked for, see `duocell.optimizer.coupled.rounds.DENSITIES`."""
+"""Of the samples for a first layout, see `duocell.optimizer.parameters.coupled.CoupledParameters`."""
 STARTS = 3, 2
 """Starts of each density that keep everything at the poses, and others."""
 FEW = Pairing(48, (48, 144), 2048)

@@ -10,6 +10,7 @@ from scipy.spatial import KDTree
 from duocell.models.base.arrays import Bools, Floats, Ints
 from duocell.models.robot.posture import ALL_SIGNS, Signs
 from duocell.optimizer.monitoring.watch import check_stop
+from duocell.optimizer.parameters.screening import SCREENING, ScreeningParameters
 from duocell.optimizer.reduction.base_sample import BoxFrame
 from duocell.optimizer.reduction.box import spread
 from duocell.optimizer.reduction.reduced import (
@@ -22,37 +23,8 @@ from duocell.optimizer.reduction.reduced import (
 )
 from duocell.optimizer.reduction.singular_minima import singular_minima
 
-COARSE_POSES, CAREFUL_POSES = 5, 12
-"""Poses that the points of the spread are looked at with; more where a conditioning is asked for."""
-SAMPLED_POSES = 32
-"""Poses of a long task that the best of them are improved with; what comes out is checked on all."""
-POINTS = {0: 1, 1: 64, 2: 512, 3: 1536}
-"""Base positions of the first round by number of free coordinates; each has eight postures."""
-ROUNDS = 4
-"""A later round has four times the points of the one before, and is run only while nothing usable was found."""
-VALLEYS, NEIGHBOURS = 8, 1.1
-"""Valleys followed per posture; spacings within which points are neighbours."""
-MORE_USABLE = 3
-"""Usable candidates improved beside the valleys, which may lie outside the limits."""
-CLOUD = 10
-"""Points strewn around each of them; the cloud shrinks to half in each step."""
-FIRST_STEPS, LAST_STEPS, LAST = 1, 4, 10
-"""Steps with all candidates, and further ones with the best of them."""
-OF_A_POSTURE = 6
-"""Of these no more are of one posture while there are others."""
-LOOKED_AT, LAST_OF_WHOLE = 128, 6
-"""Points of the spread that are looked at on the whole of a long task, and how many of them are improved too."""
-SINGULAR_MINIMA, SINGULAR_RADIUS = 3, 2e-3
-"""Singular minima of the cost to be looked into, and how far from their bottoms (m)."""
 CHUNK = 1024
 """Positions evaluated at once, to bound memory."""
-THINNED = 2
-"""Times as many points where a conditioning is asked for: it thins the usable set out."""
-STRICTER = 100.0
-"""How much dearer violations are where the best usable point of a posture is improved all the same: what a conditioning
-rules out may cost half as much, and draws everything else away."""
-CONDITIONED, CONDITIONED_POSES = 8192, 5
-"""Paths of a round whose conditioning is looked at, and at how many of their poses: singular values are dear."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -94,6 +66,7 @@ class Screen:
         evaluated: base × posture pairs looked at.
         problem: the (possibly sampled) task they were scored on.
         frame: of the box that was searched. spacing: (3,) m, between neighbours of the first look.
+        parameters: of the stage.
     """
 
     candidates: list[Candidate]
@@ -102,9 +75,12 @@ class Screen:
     problem: ReducedProblem
     frame: BoxFrame
     spacing: Floats
+    parameters: ScreeningParameters
 
 
-def screen(problem: ReducedProblem, box: Floats, seed: int, round_: int = 0) -> Screen:
+def screen(
+    problem: ReducedProblem, box: Floats, seed: int, round_: int = 0, parameters: ScreeningParameters = SCREENING
+) -> Screen:
     """Search the box once.
 
     Args:
@@ -112,36 +88,43 @@ def screen(problem: ReducedProblem, box: Floats, seed: int, round_: int = 0) -> 
         box: (3, 2) m, as from `duocell.optimizer.reduction.box.search_box`.
         seed: of the point set.
         round_: 0 for the first look; later rounds look closer, at other points.
+        parameters: of the stage.
 
     Returns:
         Candidates improved on the sampled task.
     """
     careful = problem.arm.min_conditioning is not None
-    coarse = problem.sampled(CAREFUL_POSES if careful else COARSE_POSES).stricter(10.0**round_)
-    small = problem.sampled(SAMPLED_POSES).stricter(10.0**round_)
-    count = POINTS[int(np.sum(box[:, 1] > box[:, 0]))]
+    coarse = problem.sampled(parameters.careful_poses if careful else parameters.coarse_poses).stricter(10.0**round_)
+    small = problem.sampled(parameters.sampled_poses).stricter(10.0**round_)
+    count = parameters.points[int(np.sum(box[:, 1] > box[:, 0]))]
     if count > 1:
-        count *= 4**round_ * (THINNED if careful else 1)
+        count *= 4**round_ * (parameters.thinned if careful else 1)
     frame = BoxFrame.of(problem, box)
     points = frame.sample(count, seed + round_)
     spacing = _spacing(box, len(points))
-    net = _net(coarse, points, spacing)
-    picked = improve(coarse, _pick(coarse, net), frame, spacing, FIRST_STEPS)
+    net = _net(coarse, points, spacing, parameters)
+    picked = improve(coarse, _pick(net, parameters), frame, spacing, parameters.first_steps, parameters.cloud)
     picked.sort(key=lambda c: scored(coarse, c))
-    best = mixed(picked, 2 * LAST, OF_A_POSTURE) if careful else picked[:LAST]
+    best = mixed(picked, 2 * parameters.last, parameters.of_a_posture) if careful else picked[: parameters.last]
     if len(small.positions) < len(problem.positions):
-        best += _by_whole_task(problem, net)
-    found = improve(small, best, frame, 0.5**FIRST_STEPS * spacing, LAST_STEPS)
+        best += _by_whole_task(problem, net, parameters)
+    found = improve(small, best, frame, 0.5**parameters.first_steps * spacing, parameters.last_steps, parameters.cloud)
     if careful:
-        found += improve(small.stricter(STRICTER), _of_every_posture(net), frame, spacing, FIRST_STEPS + LAST_STEPS)
+        strict, steps = small.stricter(parameters.stricter), parameters.first_steps + parameters.last_steps
+        found += improve(strict, _of_every_posture(net), frame, spacing, steps, parameters.cloud)
     found.sort(key=lambda c: scored(small, c))
     evaluated = len(points) * int(np.sum(problem.postures))
-    return Screen(
-        distinct(found, 0.05 * spacing), _in_notches(small, frame, spacing, found), evaluated, small, frame, spacing
-    )
+    minima = _in_singular_minima(small, frame, spacing, found, parameters)
+    return Screen(distinct(found, 0.05 * spacing), minima, evaluated, small, frame, spacing, parameters)
 
 
-def _in_notches(problem: ReducedProblem, frame: BoxFrame, spacing: Floats, found: list[Candidate]) -> list[Candidate]:
+def _in_singular_minima(
+    problem: ReducedProblem,
+    frame: BoxFrame,
+    spacing: Floats,
+    found: list[Candidate],
+    parameters: ScreeningParameters,
+) -> list[Candidate]:
     """The best point about every place where the cost may fall below that of the usable candidates, in a singular
     minimum.
     """
@@ -154,9 +137,9 @@ def _in_notches(problem: ReducedProblem, frame: BoxFrame, spacing: Floats, found
         Candidate(circle[0], (s[0], s[1], s[2]), np.inf, np.inf)
         for circle, s in zip(around, signs.tolist(), strict=True)
     ]
-    best = sorted(_keep_best(problem, around, paths, places), key=lambda c: scored(problem, c))[:SINGULAR_MINIMA]
-    free = frame.box[:, 1] > frame.box[:, 0]
-    return improve(problem, best, frame, SINGULAR_RADIUS * free.astype(np.float64), LAST_STEPS)
+    best = sorted(_keep_best(problem, around, paths, places), key=lambda c: scored(problem, c))
+    radius = np.where(frame.box[:, 1] > frame.box[:, 0], parameters.singular_radius, 0.0)
+    return improve(problem, best[: parameters.singular_minima], frame, radius, parameters.last_steps, parameters.cloud)
 
 
 def _spacing(box: Floats, count: int) -> Floats:
@@ -194,7 +177,7 @@ class _Net:
         return Candidate(self.points[i], ALL_SIGNS[k], float(self.objective[k, i]), float(self.violation[k, i]))
 
 
-def _net(problem: ReducedProblem, points: Floats, spacing: Floats) -> _Net:
+def _net(problem: ReducedProblem, points: Floats, spacing: Floats, parameters: ScreeningParameters) -> _Net:
     """All points in all postures."""
     parts: list[Paths] = []
     for at in range(0, len(points), CHUNK):
@@ -203,16 +186,18 @@ def _net(problem: ReducedProblem, points: Floats, spacing: Floats) -> _Net:
     objective = np.concatenate([part.objective for part in parts], axis=1)
     violation = np.concatenate([part.violation for part in parts], axis=1)
     if problem.arm.min_conditioning is not None:
-        _add_shortfall(problem, parts, objective, violation)
+        _add_shortfall(problem, parts, objective, violation, parameters)
     score = problem.score(objective, violation)
-    return _Net(points, objective, violation, score, _neighbours(points, spacing), spacing)
+    return _Net(points, objective, violation, score, _neighbours(points, parameters.neighbours * spacing), spacing)
 
 
-def _pick(problem: ReducedProblem, net: _Net) -> list[Candidate]:
+def _pick(net: _Net, parameters: ScreeningParameters) -> list[Candidate]:
     """The valleys of every posture, and the best usable points."""
-    picked = [(k, i) for k in range(len(net.score)) for i in _valleys(net.score[k], net.neighbours)]
+    picked = [
+        (k, i) for k in range(len(net.score)) for i in _valleys(net.score[k], net.neighbours)[: parameters.valleys]
+    ]
     values = np.where(net.violation > 0.0, np.inf, net.objective)
-    _take(picked, values, net.points, net.neighbours, net.spacing, MORE_USABLE)
+    _take(picked, values, net.points, net.neighbours, net.spacing, parameters.more_usable)
     return [net.candidate(k, i) for k, i in picked]
 
 
@@ -236,22 +221,22 @@ def mixed(candidates: list[Candidate], count: int, of_a_posture: int) -> list[Ca
     return (first + then)[:count]
 
 
-def _by_whole_task(problem: ReducedProblem, net: _Net) -> list[Candidate]:
+def _by_whole_task(problem: ReducedProblem, net: _Net, parameters: ScreeningParameters) -> list[Candidate]:
     """The best of the promising points on all poses: between those of a sample a path may wind otherwise."""
-    order = np.argsort(net.score, axis=None, kind="stable")[:LOOKED_AT]
+    order = np.argsort(net.score, axis=None, kind="stable")[: parameters.looked_at]
     order = order[np.isfinite(net.score.ravel()[order])]
     k, i = np.unravel_index(order, net.score.shape)
     candidates = [net.candidate(int(a), int(b)) for a, b in zip(k, i, strict=True)]
     whole = sorted(on_whole_task(problem, candidates), key=lambda c: scored(problem, c)) if candidates else []
-    return distinct(whole, net.spacing)[:LAST_OF_WHOLE]
+    return distinct(whole, net.spacing)[: parameters.last_of_whole]
 
 
-def _neighbours(points: Floats, spacing: Floats) -> Ints:
-    """(P, 2) pairs of points that are neighbours in all free coordinates, the smaller index first."""
-    free = spacing > 0.0
+def _neighbours(points: Floats, apart: Floats) -> Ints:
+    """(P, 2) pairs of points no more than (3,) m apart in all free coordinates, the smaller index first."""
+    free = apart > 0.0
     if not np.any(free):
         return np.empty((0, 2), dtype=np.int64)
-    pairs: Ints = KDTree(points[:, free] / (NEIGHBOURS * spacing[free])).query_pairs(1.0, np.inf, output_type="ndarray")
+    pairs: Ints = KDTree(points[:, free] / apart[free]).query_pairs(1.0, np.inf, output_type="ndarray")
     return pairs
 
 
@@ -261,7 +246,7 @@ def _valleys(score: Floats, neighbours: Ints) -> list[int]:
     bettered = np.zeros(len(score), dtype=bool)
     bettered[np.where(score[first] > score[second], first, second)] = True
     bottoms = np.flatnonzero(np.isfinite(score) & ~bettered)
-    return [int(i) for i in bottoms[np.argsort(score[bottoms], kind="stable")][:VALLEYS]]
+    return [int(i) for i in bottoms[np.argsort(score[bottoms], kind="stable")]]
 
 
 def _take(
@@ -285,12 +270,18 @@ def _take(
         open_[k, _near(points, points[i], spacing)] = np.inf
 
 
-def _add_shortfall(problem: ReducedProblem, parts: list[Paths], objective: Floats, violation: Floats) -> None:
+def _add_shortfall(
+    problem: ReducedProblem,
+    parts: list[Paths],
+    objective: Floats,
+    violation: Floats,
+    parameters: ScreeningParameters,
+) -> None:
     """Add to ``violation`` (8, N) by how much the most promising paths violate the conditioning asked for."""
     score = problem.score(objective, violation)
-    best = np.argsort(score, axis=None)[:CONDITIONED]
+    best = np.argsort(score, axis=None)[: parameters.conditioned]
     k, i = np.unravel_index(best[np.isfinite(score.ravel()[best])], score.shape)
-    some = np.unique(np.linspace(0, len(problem.positions) - 1, CONDITIONED_POSES).round().astype(int))
+    some = np.unique(np.linspace(0, len(problem.positions) - 1, parameters.conditioned_poses).round().astype(int))
     every = np.concatenate([part.joints[..., some] for part in parts], axis=2)
     joints = every[:, k, i]
     violation[k, i] += conditioning_shortfall(problem, joints)
@@ -313,23 +304,28 @@ def distinct(candidates: list[Candidate], spacing: Floats) -> list[Candidate]:
 
 
 def improve(
-    problem: ReducedProblem, candidates: list[Candidate], frame: BoxFrame, radius: Floats, steps: int
+    problem: ReducedProblem,
+    candidates: list[Candidate],
+    frame: BoxFrame,
+    radius: Floats,
+    steps: int,
+    cloud: int = SCREENING.cloud,
 ) -> list[Candidate]:
-    """Improve all candidates together: points are strewn around each, the best is kept, the cloud shrinks by half.
+    """Improve all candidates together: ``cloud`` points are strewn around each, the best is kept, the cloud halves.
 
     No derivatives, so the edges of the allowed set do no harm; the local solver does the last digits.
     """
     if not candidates or not np.any(radius > 0.0):
         return candidates
-    cloud = 2.0 * spread(np.array([[0.0, 1.0]] * 3), CLOUD, 7) - 1.0
-    cloud[0] = 0.0
-    cloud = frame.turned(cloud)
+    strewn = 2.0 * spread(np.array([[0.0, 1.0]] * 3), cloud, 7) - 1.0
+    strewn[0] = 0.0
+    strewn = frame.turned(strewn)
     best = candidates
     for _ in range(steps):
         check_stop()
         centres = np.array([c.position for c in best])
-        signs = np.repeat(np.array([c.signs for c in best], dtype=np.int64), CLOUD, axis=0)
-        points = np.clip(centres[:, None, :] + cloud * radius, frame.box[:, 0], frame.box[:, 1])
+        signs = np.repeat(np.array([c.signs for c in best], dtype=np.int64), cloud, axis=0)
+        points = np.clip(centres[:, None, :] + strewn * radius, frame.box[:, 0], frame.box[:, 1])
         paths = evaluate_fully(problem, points.reshape(-1, 3), signs)
         best = _keep_best(problem, points, paths, best)
         radius = 0.5 * radius
@@ -337,7 +333,7 @@ def improve(
 
 
 def _keep_best(problem: ReducedProblem, points: Floats, paths: Paths, candidates: list[Candidate]) -> list[Candidate]:
-    """Best point of each cloud (K, CLOUD, 3)."""
+    """Best point of each cloud (K, P, 3)."""
     shape = points.shape[:2]
     objective, violation = paths.objective[0].reshape(shape), paths.violation[0].reshape(shape)
     winner: Ints = np.argmin(problem.score(objective, violation), axis=1)

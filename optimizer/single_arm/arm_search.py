@@ -10,6 +10,8 @@ from duocell.models.kinematics.nominal import Nominal
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.certificate.certify import BranchAndBound
 from duocell.optimizer.nlp.program import ArmSolution
+from duocell.optimizer.parameters.local import LocalParameters
+from duocell.optimizer.parameters.search import SEARCH, SearchParameters
 from duocell.optimizer.reduction.reduced import ReducedProblem
 from duocell.optimizer.results.layout import Reason
 
@@ -19,7 +21,7 @@ class ArmSearch:
     """What was found for one arm.
 
     Attributes:
-        arm: the arm.
+        arm: the arm. parameters: of the search.
         best: best usable point whose way from pose to pose can be gone, or None.
         nearest: where there is none, what was seen that comes nearest: usable but for its way, or breaking least.
         objective: E there; infinite without a point.
@@ -34,6 +36,7 @@ class ArmSearch:
     """
 
     arm: Arm
+    parameters: SearchParameters = SEARCH
     best: ArmSolution | None = None
     nearest: ArmSolution | None = None
     objective: float = np.inf
@@ -48,3 +51,8 @@ class ArmSearch:
     tree: BranchAndBound | None = None
     drawing: ArmSearch | None = None
     meant: Nominal | None = None
+
+    @property
+    def local(self) -> LocalParameters:
+        """Of the local solves."""
+        return self.parameters.local

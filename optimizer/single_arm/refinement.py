@@ -11,15 +11,11 @@ from duocell.models.base.arrays import Floats
 from duocell.models.cell.cell import Cell
 from duocell.models.robot.posture import Signs
 from duocell.optimizer.nlp.program import ArmSolution
+from duocell.optimizer.parameters.search import SearchParameters
 from duocell.optimizer.reduction.base_sample import BoxFrame
 from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed
 from duocell.optimizer.reduction.screening import Candidate, improve
 from duocell.optimizer.verification.verify import check
-
-CAREFUL_STEPS = 10
-"""Steps in which a candidate is improved where the local solver may be of no help."""
-MOST, CLOSER = 3, (1.0, 0.2, 0.04)
-"""Candidates that are brought to their optimum, and the shares of the first radius that they start from."""
 
 
 def path_from(problem: ReducedProblem, position: Floats, signs: Signs) -> ArmSolution:
@@ -29,7 +25,12 @@ def path_from(problem: ReducedProblem, position: Floats, signs: Signs) -> ArmSol
 
 
 def brought_to_optimum(
-    cell: Cell, problem: ReducedProblem, frame: BoxFrame, radius: Floats, candidates: list[Candidate]
+    cell: Cell,
+    problem: ReducedProblem,
+    frame: BoxFrame,
+    radius: Floats,
+    candidates: list[Candidate],
+    parameters: SearchParameters,
 ) -> list[tuple[float, ArmSolution]]:
     """Objective and point of the best of some candidates, improved; those that pass the independent check.
 
@@ -37,9 +38,11 @@ def brought_to_optimum(
         cell: task. problem: of the arm on the whole task. frame: of its box of bases.
         radius: (3,) m, in which candidates are improved at first.
         candidates: usable, best first.
+        parameters: of the search.
     """
-    better = candidates[:MOST]
-    for share in CLOSER:
-        better = improve(problem, better, frame, share * radius, CAREFUL_STEPS)
+    local = parameters.local
+    better = candidates[: local.finished]
+    for share in local.closer:
+        better = improve(problem, better, frame, share * radius, local.careful_steps, parameters.screening.cloud)
     points = [(candidate.objective, path_from(problem, candidate.position, candidate.signs)) for candidate in better]
     return [(value, point) for value, point in points if check(cell, problem.arm, point).usable]

@@ -18,12 +18,13 @@ from duocell.optimizer.monitoring.events import Screened, Started
 from duocell.optimizer.monitoring.watch import tell
 from duocell.optimizer.nlp.measure import objective_of
 from duocell.optimizer.nlp.program import ArmSolution
+from duocell.optimizer.parameters.unreduced import UnreducedParameters
 from duocell.optimizer.reasons.reasons import explain_general, explain_proof, explain_reach, explain_reduced
 from duocell.optimizer.reduction.base_sample import BoxFrame
 from duocell.optimizer.reduction.box import search_box
 from duocell.optimizer.reduction.layers import LayeredPath
 from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed, reduced_problem
-from duocell.optimizer.reduction.screening import ROUNDS, Candidate, Screen, screen
+from duocell.optimizer.reduction.screening import Candidate, Screen, screen
 from duocell.optimizer.results.layout import Reason
 from duocell.optimizer.settings import CertificateSettings, Settings
 from duocell.optimizer.single_arm.arm_search import ArmSearch
@@ -33,44 +34,19 @@ from duocell.optimizer.single_arm.doubt import at_limit, in_doubt
 from duocell.optimizer.single_arm.local import solve_locally, worse_for_its_ends
 from duocell.optimizer.single_arm.nearest import nearest_candidate, nearest_path
 from duocell.optimizer.single_arm.passable import best_passable, best_tolerable, where_stuck, with_places
-from duocell.optimizer.single_arm.redundant.parameters import PARAMETERS, THOROUGH, UnreducedParameters
 from duocell.optimizer.single_arm.redundant.reachable_poses import unreached_poses
 from duocell.optimizer.single_arm.redundant.unreduced import search_unreduced
 from duocell.optimizer.single_arm.refinement import brought_to_optimum, path_from
-from duocell.optimizer.single_arm.worth import MOVE, worth_solving
+from duocell.optimizer.single_arm.worth import worth_solving
 from duocell.optimizer.verification.verify import check
-
-STARTS = 8
-"""Local solves of an arm with a reduced problem; twice as many where none of them ends in a usable point."""
-DEEPER = 1.05
-"""A singular minimum may be this much deeper than what is seen of it."""
-DECIDE_WORTH, DECIDE_GAP = 5.0, 1e-3
-"""s, counted in boxes, and relative gap of the branch and bound that decides whether a task is possible for which no
-usable candidate was met."""
-EARLY_WORTH, EARLY_POSE, EARLY_POSES = 0.1, 2e-3, 512
-"""s, and s per pose, that it is worth before local solves, which take longer and may lead nowhere; most poses of a task
-for which it can tell anything so soon."""
-SHARE = 0.5
-"""Share of the time left that one local solve may take: a start that struggles must not use up the others' time."""
-SOLVE_POSE = 0.05
-"""s per pose that a solve may take all the same, which is many times what it needs: time must not decide where there is
-enough of it."""
-HALF_STEP, MOST_FINER = 0.55, 400
-"""Share of a joint step that half the way to the next pose may take, and most poses of a search with the middles."""
-BOX_WORTH, BOX_GAP, NEAR = 1.5, 1e-3, 0.01
-"""s, counted in boxes, and relative gap of the boxes that are looked at after local solves; m that are near."""
-COSTLIER = 1e-3
-"""Relative; where the best optimum's way cannot be gone and what can be costs so much more, more optima are tried."""
-OTHER_DRAWS = 100
-"""What is added to the seed of the draws then."""
-LONG_TASK = 200
-"""Poses from which on only half as many starts are solved."""
 
 
 def search_arm(cell: Cell, arm: Arm, settings: Settings, deadline: float, apart: Difference = SAME) -> ArmSearch:
     """Find the best placement of one arm that nothing couples to others; ``apart``: see `ReducedProblem`."""
     meant = nominal(arm.robot)
-    search = ArmSearch(arm, problem=None if meant is not None else reduced_problem(cell, arm, apart))
+    search = ArmSearch(
+        arm, settings.parameters, problem=None if meant is not None else reduced_problem(cell, arm, apart)
+    )
     box = search_box(cell, arm)
     if np.any(box[:, 0] > box[:, 1]):
         search.reasons, search.proved = explain_reach(cell, arm), True
@@ -133,8 +109,8 @@ def _search_reduced(
 ) -> None:
     """Rounds of screening and local solves until something usable is found."""
     candidates: list[Candidate] = []
-    for round_ in range(ROUNDS if np.any(box[:, 1] > box[:, 0]) else 1):
-        found = screen(problem, box, seed, round_)
+    for round_ in range(search.parameters.screening.rounds if np.any(box[:, 1] > box[:, 0]) else 1):
+        found = screen(problem, box, seed, round_, search.parameters.screening)
         candidates += found.candidates
         search.candidates += found.evaluated
         usable = [c.objective for c in found.candidates if c.violation == 0.0]
@@ -142,7 +118,7 @@ def _search_reduced(
         if (
             round_ == 0
             and not usable
-            and len(problem.positions) <= EARLY_POSES
+            and len(problem.positions) <= search.local.early_poses
             and _decide(cell, search, problem, deadline, early=True)
         ):
             break
@@ -167,24 +143,26 @@ def _search_boxes(
     if search.best is None or left <= 0.0 or not in_doubt(cell, problem, box, search.best, search.optima[0][0]):
         return
     wanted = settings.certificate
-    gap = min(wanted.gap, BOX_GAP) if isinstance(wanted, CertificateSettings) else BOX_GAP
-    limits = CertificateSettings(gap, left, boxes_for(BOX_WORTH, len(problem.positions)))
+    gap = min(wanted.gap, search.local.box_gap) if isinstance(wanted, CertificateSettings) else search.local.box_gap
+    limits = CertificateSettings(gap, left, boxes_for(search.local.box_worth, len(problem.positions)))
     search.tree = BranchAndBound(problem, search.objective, limits)
     proof = certify(problem, search.objective, limits, tree=search.tree)
     if proof.found is None:
         return
     found = proof.found
     best = Candidate(found.position, found.signs, found.objective, 0.0)
-    optima = _near(cell, problem, box, best)
+    optima = _near(cell, search, problem, box, best)
     _keep(
         cell, search, optima + _solve(cell, search, path_from(problem, found.position, found.signs), deadline), deadline
     )
 
 
-def _near(cell: Cell, problem: ReducedProblem, box: Floats, candidate: Candidate) -> list[tuple[float, ArmSolution]]:
+def _near(
+    cell: Cell, search: ArmSearch, problem: ReducedProblem, box: Floats, candidate: Candidate
+) -> list[tuple[float, ArmSolution]]:
     """What is usable within centimetres of a candidate, without the local solver."""
-    radius = np.where(box[:, 1] > box[:, 0], NEAR, 0.0)
-    return brought_to_optimum(cell, problem, BoxFrame.of(problem, box), radius, [candidate])
+    radius = np.where(box[:, 1] > box[:, 0], search.local.near, 0.0)
+    return brought_to_optimum(cell, problem, BoxFrame.of(problem, box), radius, [candidate], search.parameters)
 
 
 def _search_around(cell: Cell, search: ArmSearch, problem: ReducedProblem, box: Floats, deadline: float) -> None:
@@ -192,7 +170,7 @@ def _search_around(cell: Cell, search: ArmSearch, problem: ReducedProblem, box: 
     best = search.best
     if best is None or best.signs is None or not at_limit(cell, problem, best) or time.perf_counter() > deadline:
         return
-    for value, point in _near(cell, problem, box, Candidate(best.position, best.signs, np.inf, np.inf)):
+    for value, point in _near(cell, search, problem, box, Candidate(best.position, best.signs, np.inf, np.inf)):
         if value < (1.0 - LEVEL) * search.objective:
             _keep(cell, search, [(value, point), *_solve(cell, search, point, deadline)], deadline)
 
@@ -203,14 +181,14 @@ def _search_finer(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadlin
     A step from pose to pose is two steps there, of half the length or a little more.
     """
     middles = [(int(step), 0.5) for step in np.flatnonzero(cell.task.joined)]
-    finer, rows = with_places(replace(cell, max_joint_step=HALF_STEP * cell.max_joint_step), middles)
-    if len(finer.task) > MOST_FINER:
+    finer, rows = with_places(replace(cell, max_joint_step=search.local.half_step * cell.max_joint_step), middles)
+    if len(finer.task) > search.local.most_finer:
         return
-    found = ArmSearch(search.arm, problem=reduced_problem(finer, search.arm))
+    found = ArmSearch(search.arm, search.parameters, problem=reduced_problem(finer, search.arm))
     if found.problem is not None:
         _search_reduced(finer, found, found.problem, box, seed, deadline)
     else:
-        _search_seeds(finer, found, box, seed, deadline, PARAMETERS)
+        _search_seeds(finer, found, box, seed, deadline, search.parameters.unreduced)
     search.candidates, search.starts = search.candidates + found.candidates, search.starts + found.starts
     search.finished = found.finished
     coarse = [(value, replace(point, joints=point.joints[rows])) for value, point in found.optima]
@@ -233,9 +211,9 @@ def _decide(cell: Cell, search: ArmSearch, problem: ReducedProblem, deadline: fl
     its time is up may not be the best; ``early`` it is of no interest then.
     """
     poses = len(problem.positions)
-    worth = EARLY_WORTH + EARLY_POSE * poses if early else DECIDE_WORTH
+    worth = search.local.early_worth + search.local.early_pose * poses if early else search.local.decide_worth
     limit, boxes = max(deadline - time.perf_counter(), 0.0), boxes_for(worth, poses)
-    proof = certify(problem, None, CertificateSettings(DECIDE_GAP, limit, boxes))
+    proof = certify(problem, None, CertificateSettings(search.local.decide_gap, limit, boxes))
     if proof.infeasible:
         search.proved = True
         search.reasons = explain_proof(cell, search.arm, proof.causes)
@@ -247,9 +225,9 @@ def _decide(cell: Cell, search: ArmSearch, problem: ReducedProblem, deadline: fl
 
 def _solve_candidates(cell: Cell, search: ArmSearch, problem: ReducedProblem, found: Screen, deadline: float) -> None:
     """Solve from the candidates that can lead to something better than what is known."""
-    most = STARTS if len(problem.positions) < LONG_TASK else STARTS // 2
+    most = search.local.starts if len(problem.positions) < search.local.long_task else search.local.starts // 2
     optima: list[tuple[float, ArmSolution]] = []
-    waiting = worth_solving(found, problem)
+    waiting = worth_solving(found, problem, search.local)
     usable = [candidate for candidate in waiting if candidate.violation == 0.0]
     while waiting and time.perf_counter() < deadline and search.starts < most * (1 if optima else 2):
         candidate = waiting.pop(0)
@@ -261,12 +239,14 @@ def _solve_candidates(cell: Cell, search: ArmSearch, problem: ReducedProblem, fo
     for minimum in found.singular_minima:
         start = path_from(problem, minimum.position, minimum.signs)
         known = min((value for value, _ in optima), default=np.inf)
-        if objective_of(cell.task, search.arm, start.joints) < DEEPER * known:
+        if objective_of(cell.task, search.arm, start.joints) < search.local.deeper * known:
             optima += _solve(cell, search, start, deadline)
     if time.perf_counter() < deadline:
         known = min((value for value, _ in optima), default=np.inf)
         better = [candidate for candidate in usable if candidate.objective < (1.0 - ROUNDED) * known]
-        optima += brought_to_optimum(cell, problem, found.frame, MOVE * found.spacing, better)
+        optima += brought_to_optimum(
+            cell, problem, found.frame, search.local.move * found.spacing, better, search.parameters
+        )
     search.finished &= time.perf_counter() < deadline
     _keep(cell, search, optima, deadline)
 
@@ -286,9 +266,9 @@ def _turned(
 
 def _search_general(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadline: float) -> None:
     """Many seeds of the unreduced problem; where no optimum's way can be gone, more optima, and more poses."""
-    paths = _search_seeds(cell, search, box, seed, deadline, PARAMETERS)
-    if search.optima and search.objective > (1.0 + COSTLIER) * search.optima[0][0] and search.finished:
-        _search_seeds(cell, search, box, seed + OTHER_DRAWS, deadline, THOROUGH)
+    paths = _search_seeds(cell, search, box, seed, deadline, search.parameters.unreduced)
+    if search.optima and search.objective > (1.0 + search.local.costlier) * search.optima[0][0] and search.finished:
+        _search_seeds(cell, search, box, seed + search.local.other_draws, deadline, search.parameters.thorough)
     if search.best is None and search.optima and search.finished:
         _search_finer(cell, search, box, seed, deadline)
         _settle_for_less(cell, search)
@@ -324,7 +304,10 @@ def _solve(
         search.finished = False
         return []
     now = time.perf_counter()
-    share = max(SHARE * (deadline - now), min(SOLVE_POSE * len(cell.task), deadline - now))
+    share = max(
+        search.local.share * (deadline - now),
+        min(search.local.solve_pose * len(cell.task), deadline - now),
+    )
     result = solve_locally(cell, search.arm, start, now + share, known)
     search.starts += 1
     if result.engine_status == "Maximum_WallTime_Exceeded":

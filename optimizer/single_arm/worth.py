@@ -6,42 +6,33 @@ from itertools import zip_longest
 
 import numpy as np
 
+from duocell.optimizer.parameters.local import LocalParameters
 from duocell.optimizer.reduction.reduced import ReducedProblem
-from duocell.optimizer.reduction.screening import STRICTER, Candidate, Screen, improve, mixed, on_whole_task, scored
-from duocell.optimizer.single_arm.refinement import CAREFUL_STEPS
-
-WORTH = 1.2
-"""Starts scored this much above the best usable one are not worth a solve: screening is precise to a few percent."""
-MOVED, MOVE, MOVE_STEPS = 6, 0.25, 3
-"""Candidates that are improved on the whole task, within this share of a spacing, in so many steps."""
-USABLE_TOO = 2
-"""Usable candidates among them where the best ones are not usable."""
-MOVED_OF_A_POSTURE = 4
-"""Of them no more are of one posture while there are others."""
+from duocell.optimizer.reduction.screening import Candidate, Screen, improve, mixed, on_whole_task, scored
 
 
-def worth_solving(found: Screen, problem: ReducedProblem) -> list[Candidate]:
+def worth_solving(found: Screen, problem: ReducedProblem, parameters: LocalParameters) -> list[Candidate]:
     """Candidates with a chance to be the best, improved and scored on the whole task, best first."""
     if not found.candidates:
         return []
-    steps = MOVE_STEPS if problem.arm.min_conditioning is None else CAREFUL_STEPS
-    radius = MOVE * found.spacing
+    careful, cloud = problem.arm.min_conditioning is not None, found.parameters.cloud
+    steps = parameters.careful_steps if careful else parameters.move_steps
+    radius = parameters.move * found.spacing
     candidates = found.candidates
     if len(found.problem.positions) < len(problem.positions):
         candidates = sorted(on_whole_task(problem, candidates), key=lambda c: scored(problem, c))
-    careful = problem.arm.min_conditioning is not None
-    chosen = mixed(candidates, MOVED, MOVED_OF_A_POSTURE if careful else MOVED)
+    chosen = mixed(candidates, parameters.moved, parameters.moved_of_a_posture if careful else parameters.moved)
     if all(candidate.violation > 0.0 for candidate in chosen):  # which may never become usable
-        chosen += [candidate for candidate in candidates if candidate.violation == 0.0][:USABLE_TOO]
+        chosen += [candidate for candidate in candidates if candidate.violation == 0.0][: parameters.usable_too]
     rest = [c for c in candidates if careful and (c.violation == 0.0 or c not in chosen)]  # which may lose that
-    whole = improve(problem, chosen, found.frame, radius, steps)
+    whole = improve(problem, chosen, found.frame, radius, steps, cloud)
     if rest or not np.any(radius > 0.0):  # else they are scored already
         whole = on_whole_task(problem, whole + rest)
-    if problem.arm.min_conditioning is not None and all(c.violation > 0.0 for c in whole):
-        strict = problem.stricter(STRICTER)  # whatever it costs: the rest is for the local solver
-        whole = on_whole_task(problem, improve(strict, whole, found.frame, radius, CAREFUL_STEPS))
+    if careful and all(c.violation > 0.0 for c in whole):
+        strict = problem.stricter(found.parameters.stricter)  # whatever it costs: the rest is for the local solver
+        whole = on_whole_task(problem, improve(strict, whole, found.frame, radius, steps, cloud))
     usable = [c.objective for c in whole if c.violation == 0.0]
-    most = WORTH * min(usable) if usable else np.inf
+    most = parameters.worth * min(usable) if usable else np.inf
     worth = sorted((c for c in whole if scored(problem, c) <= most), key=lambda c: scored(problem, c))
     return _by_turns([c for c in worth if c.violation == 0.0], [c for c in worth if c.violation > 0.0])
 

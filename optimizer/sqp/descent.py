@@ -14,6 +14,7 @@ from duocell.models.cell.surroundings import PairClass
 from duocell.optimizer.monitoring.events import Iterated
 from duocell.optimizer.monitoring.watch import check_stop, tell
 from duocell.optimizer.nlp.program import ArmSolution
+from duocell.optimizer.parameters.refinement import RefinementParameters
 from duocell.optimizer.sqp.linear_rows import LinearRows
 from duocell.optimizer.sqp.linearisation import Linearisation, linearise
 from duocell.optimizer.sqp.manifold import Unknowns, move
@@ -21,28 +22,6 @@ from duocell.optimizer.sqp.nearby import nearby
 from duocell.optimizer.sqp.quadratic import Quadratic, quadratic
 from duocell.optimizer.sqp.step import Step, best_step
 from duocell.optimizer.verification.scene import Scene
-
-ROUNDS = 50
-"""Programs that one descent may solve."""
-RADIUS, SMALLEST_RADIUS, LARGEST_RADIUS = 0.1, 1e-5, 0.4
-"""m that a base may move in a round along each axis: at first, before giving up, at most."""
-TURN, NULLSPACE = 3.0, 3.0
-"""rad per m of that radius that a base may turn, and that a joint may move by the self-motion of a redundant arm."""
-STUCK = 6, 0.1
-"""Rounds over which the violation of a layout that still has one must fall by this share."""
-POOR, GOOD = 0.25, 0.75
-"""Share of the promised fall below which the radius shrinks, above which it grows."""
-SHORTER, SHORT, LONGER = 0.3, 0.4, 2.0
-"""Factors on the radius: after a step that led nowhere, one that kept little of its promise, one that kept it."""
-NEARER, BEYOND = 3, 1.5
-"""How often a step that ends beyond an arm's reach is made anew, and how much more than it missed is asked for."""
-MARGIN = 1e-4
-"""m asked for beyond the required distance, for what the linear rows leave out."""
-PATIENCE, SETTLED = 20.0, 3
-"""A descent that would need more than so many rounds like the one before it to beat what is known is given up, though
-not in its first rounds."""
-SAME_BASIN = 0.01
-"""m; layouts in the same postures whose bases are nearer than this to each other lead to one optimum."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -56,6 +35,7 @@ class Terms:
         deadline: `time.perf_counter` value, soft.
         ends: layouts that are known; a descent that comes into the basin of one of them ends.
         beat: E; a descent that does not seem to lead to less is given up.
+        parameters: of the stage.
     """
 
     scene: Scene
@@ -65,6 +45,7 @@ class Terms:
     deadline: float
     ends: Sequence[Sequence[ArmSolution]]
     beat: float
+    parameters: RefinementParameters
 
     @property
     def unknowns(self) -> Unknowns:
@@ -92,19 +73,19 @@ class _Trial:
 def descend(terms: Terms, here: Linearisation) -> tuple[Linearisation, int]:
     """Where a layout leads, and how many programs were solved on the way."""
     descent = _Descent(terms, here)
-    for round_ in range(ROUNDS):
+    for round_ in range(terms.parameters.rounds):
         check_stop()
         tell(Iterated(round_, descent.here.objective, max(descent.here.violation, 0.0)))
         if descent.over:
             return descent.here, round_
         trial = descent.trial()
         if trial is None:
-            descent.radius *= SHORTER
+            descent.radius *= terms.parameters.shorter
             continue
         descent.take(trial)
         if descent.ended(round_, trial):
             return descent.here, round_ + 1
-    return descent.here, ROUNDS
+    return descent.here, terms.parameters.rounds
 
 
 @dataclass(eq=False, slots=True)
@@ -112,29 +93,35 @@ class _Descent:
     """Where a descent is.
 
     Attributes:
-        terms: its terms. here: the layout. radius: m, see `RADIUS`. violations: m or rad, violations so far.
+        terms: its terms. here: the layout. radius: m that a base may move. violations: m or rad, violations so far.
     """
 
     terms: Terms
     here: Linearisation
-    radius: float = RADIUS
+    radius: float = field(init=False)
     violations: list[float] = field(default_factory=list)
     _model: Quadratic | None = None
 
     def __post_init__(self) -> None:
+        self.radius = self.terms.parameters.radius
         self.violations.append(self.here.violation)
 
     @property
     def over(self) -> bool:
         """True where no further step is worth its time."""
-        return self.radius < SMALLEST_RADIUS or time.perf_counter() > self.terms.deadline or self._stuck
+        return (
+            self.radius < self.terms.parameters.smallest_radius
+            or time.perf_counter() > self.terms.deadline
+            or self._stuck
+        )
 
     @property
     def _stuck(self) -> bool:
         """True where something is violated and that gets no better any more."""
-        (rounds, share), violations = STUCK, self.violations
+        parameters, violations = self.terms.parameters, self.violations
+        rounds, share = parameters.stuck
         return (
-            violations[-1] > MARGIN
+            violations[-1] > parameters.margin
             and len(violations) > rounds
             and violations[-1] > (1.0 - share) * violations[-1 - rounds]
         )
@@ -154,7 +141,7 @@ class _Descent:
         if self._model is None:
             self._model = quadratic(terms.scene.cell, here.points, here.along, terms.unknowns)
         model = self._model
-        bounds = _reach(terms.scene.cell, here.points, terms.unknowns, self.radius)
+        bounds = _reach(terms.scene.cell, here.points, terms.unknowns, self.radius, terms.parameters)
         step, moved, straight = self._step(model, here.rows, bounds)
         if step is None or moved is None:
             return None
@@ -165,7 +152,7 @@ class _Descent:
         if here.followed and not there.followed:
             return None
         gained = self._merit - terms.merit(there)
-        if gained < POOR * promised and there.violation > max(here.violation, 0.0):
+        if gained < terms.parameters.poor * promised and there.violation > max(here.violation, 0.0):
             corrected = self._corrected(there, model, step, bounds)
             if corrected is not None and self._merit - terms.merit(corrected) > gained:
                 there, gained = corrected, self._merit - terms.merit(corrected)
@@ -173,20 +160,24 @@ class _Descent:
 
     def take(self, trial: _Trial) -> None:
         """Go there, if that is downhill, and trust the model more or less."""
-        if trial.gained < POOR * trial.promised:
-            self.radius *= SHORT
-        elif trial.gained > GOOD * trial.promised:
-            self.radius = min(LONGER * self.radius, LARGEST_RADIUS)
+        parameters = self.terms.parameters
+        if trial.gained < parameters.poor * trial.promised:
+            self.radius *= parameters.short
+        elif trial.gained > parameters.good * trial.promised:
+            self.radius = min(parameters.longer * self.radius, parameters.largest_radius)
         if trial.gained > 0.0:
             self.here, self._model = trial.there, None
         self.violations.append(self.here.violation)
 
     def ended(self, round_: int, trial: _Trial) -> bool:
         """True after a step to the foot of the slope, into a basin that is known, or towards nothing better."""
-        terms = self.terms
-        if round_ >= SETTLED and self._merit - PATIENCE * max(trial.promised, trial.gained) > terms.beat:
+        terms, parameters = self.terms, self.terms.parameters
+        if (
+            round_ >= parameters.settled
+            and self._merit - parameters.patience * max(trial.promised, trial.gained) > terms.beat
+        ):
             return True
-        known = any(nearby(self.here.points, points, SAME_BASIN) for points in terms.ends)
+        known = any(nearby(self.here.points, points, parameters.same_basin) for points in terms.ends)
         return known or trial.promised <= self._least
 
     def _corrected(
@@ -211,7 +202,7 @@ class _Descent:
         such.
         """
         terms, here = self.terms, self.here
-        for count in range(NEARER + 1):
+        for count in range(terms.parameters.nearer + 1):
             step = best_step(model, rows, *bounds, terms.penalty)
             if step is None:
                 break
@@ -220,19 +211,22 @@ class _Descent:
                 return step, moved, count == 0
             if np.isinf(missing) or not np.any(rows.reach):
                 break
-            rows = rows.nearer(BEYOND * missing)
+            rows = rows.nearer(terms.parameters.beyond * missing)
         return step, None, False
 
 
-def _reach(cell: Cell, points: Sequence[ArmSolution], unknowns: Unknowns, radius: float) -> tuple[Floats, Floats]:
+def _reach(
+    cell: Cell, points: Sequence[ArmSolution], unknowns: Unknowns, radius: float, parameters: RefinementParameters
+) -> tuple[Floats, Floats]:
     """(C,) bounds of a step: the trust region, and the base regions."""
-    lower, upper = np.full(unknowns.count, -NULLSPACE * radius), np.full(unknowns.count, NULLSPACE * radius)
+    upper = np.full(unknowns.count, parameters.nullspace * radius)
+    lower = -upper
     for a, (arm, point) in enumerate(zip(cell.arms, points, strict=True)):
         own, region = unknowns.base(a), arm.base.bounds
         if arm.base.yaw_free:
             region[3] = -np.inf, np.inf
         place = np.array([*point.position, point.yaw])
-        reach = np.array([radius] * 3 + [TURN * radius])
+        reach = np.array([radius] * 3 + [parameters.turn * radius])
         lower[own] = np.maximum(-reach, np.minimum(region[:, 0] - place, 0.0))
         upper[own] = np.minimum(reach, np.maximum(region[:, 1] - place, 0.0))
     return lower, upper

@@ -19,26 +19,13 @@ from duocell.models.cell.surroundings import PairClass
 from duocell.optimizer.clearance.clearance import PathClearance
 from duocell.optimizer.nlp.measure import placed
 from duocell.optimizer.nlp.program import ArmSolution
-from duocell.optimizer.sqp.descent import MARGIN, SAME_BASIN, Terms, descend
+from duocell.optimizer.parameters.refinement import REFINEMENT, RefinementParameters
+from duocell.optimizer.sqp.descent import Terms, descend
 from duocell.optimizer.sqp.dips import dips, followed_dips
 from duocell.optimizer.sqp.linearisation import Linearisation
 from duocell.optimizer.sqp.nearby import nearby
 from duocell.optimizer.sqp.samples import sample_path
 from duocell.optimizer.verification.scene import LIMITS, Scene
-
-WORTH = 1e-5
-"""Relative fall of the merit below which a round was the last one."""
-DIPS = 5
-"""How often a path that dips between its samples is sent back with more margin."""
-FARTHER, SINGULAR = 2.0, 5e-3
-"""Factor on the smallest conditioning of an arm that loses its way, and what is asked for at least."""
-PENALTY, DEARER = 100.0, 10.0
-"""Cost of a metre or radian of violation, per pose and unit of weight; and how much dearer it gets where that is too
-little to end a violation."""
-SAFE = 100.0
-"""Factor on the penalty at which a descent that lost a layout without violation is tried once more from there."""
-NEARLY, HOPELESS = 1e-3, 0.03
-"""m or rad; what violates less is worth the full check, what violates more is given up."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -59,10 +46,10 @@ class Refined:
     rounds: int
 
 
-def penalty_of(cell: Cell) -> float:
+def penalty_of(cell: Cell, parameters: RefinementParameters = REFINEMENT) -> float:
     """Cost of a metre or radian of violation, in units of E."""
     weights = [arm.weight_scale for arm in cell.arms]
-    return PENALTY * cell.task.total_weight * sum(weights) / len(weights)
+    return parameters.penalty * cell.task.total_weight * sum(weights) / len(weights)
 
 
 def refine(
@@ -71,7 +58,8 @@ def refine(
     deadline: float,
     known: Sequence[Refined] = (),
     beat: float = np.inf,
-    worth: float = WORTH,
+    worth: float | None = None,
+    parameters: RefinementParameters = REFINEMENT,
 ) -> Refined:
     """Improve a layout until it is clean and locally best, or no longer gets better.
 
@@ -79,13 +67,15 @@ def refine(
         scene: the cell. start: one point per arm, each on its task. deadline: `time.perf_counter` value, soft.
         known: where other starts ended; one that the way leads to is the answer, without going all of it.
         beat: E; a way that does not seem to lead to less is not gone to its end.
-        worth: relative fall of the merit below which a round was the last one.
+        worth: relative fall of the merit below which a round was the last one; None: that of the parameters.
+        parameters: of the stage.
     """
-    run = _Refinement(scene, tuple(start), deadline, beat)
-    for _ in range(DIPS + 1):
+    run = _Refinement(scene, tuple(start), deadline, beat, parameters)
+    worth = parameters.worth if worth is None else worth
+    for _ in range(parameters.dips + 1):
         here = run.descended(worth, [one.points for one in known])
         for other in known:
-            if nearby(here.points, other.points, SAME_BASIN):
+            if nearby(here.points, other.points, parameters.same_basin):
                 return other
         if not run.goes_on_from(here):
             break
@@ -99,7 +89,7 @@ class _Refinement:
     Beyond the end of reach there is no slope to go back by: there the way down is gone once more from the start.
 
     Attributes:
-        scene: the cell. start: one point per arm. deadline, beat: see `refine`.
+        scene: the cell. start: one point per arm. deadline, beat, parameters: see `refine`.
         best: the last layout that had its full check. rounds: programs solved.
     """
 
@@ -107,6 +97,7 @@ class _Refinement:
     start: tuple[ArmSolution, ...]
     deadline: float
     beat: float
+    parameters: RefinementParameters
     best: Refined | None = None
     rounds: int = 0
     _asked: Scene = field(init=False)
@@ -116,12 +107,16 @@ class _Refinement:
     _safe: Linearisation | None = None  # kept all distances at the samples; the way down must not lose that for good
 
     def __post_init__(self) -> None:
-        self._asked, self._points, self._penalty = self.scene, self.start, penalty_of(self.scene.cell)
-        self._margins = dict.fromkeys(PairClass, MARGIN)
+        self._asked, self._points, self._penalty = self.scene, self.start, self._first_penalty
+        self._margins = dict.fromkeys(PairClass, self.parameters.margin)
+
+    @property
+    def _first_penalty(self) -> float:
+        return penalty_of(self.scene.cell, self.parameters)
 
     def descended(self, worth: float, ends: Sequence[Sequence[ArmSolution]]) -> Linearisation:
         """Where the next descent ends."""
-        terms = Terms(self._asked, self._margins, self._penalty, worth, self.deadline, ends, self.beat)
+        terms = Terms(self._asked, self._margins, self._penalty, worth, self.deadline, ends, self.beat, self.parameters)
         seen = terms.seen(self._points)
         if self._safe is None and self.best is None and seen.violation <= 0.0:
             self._safe = seen
@@ -136,23 +131,24 @@ class _Refinement:
         if self._is_lost(here):
             return self._is_safer()
         self._points = here.points
-        if here.violation <= NEARLY:
+        if here.violation <= self.parameters.nearly:
             self.best = _judged(self.scene, here, self.rounds)
             if self.best.clean or time.perf_counter() > self.deadline:
                 return False
             if self.best.clearance is not None:
                 self._ask_for_more(self.best.clearance)
-        self._penalty *= DEARER
+        self._penalty *= self.parameters.dearer
         return True
 
     def _is_lost(self, here: Linearisation) -> bool:
         """True where a violation is too large to be mended, or does not end although it got dearer."""
-        dearer = self._penalty > penalty_of(self.scene.cell)
-        return here.violation > HOPELESS or (self.best is None and here.violation > NEARLY and dearer)
+        dearer, parameters = self._penalty > self._first_penalty, self.parameters
+        still = self.best is None and here.violation > parameters.nearly and dearer
+        return here.violation > parameters.hopeless or still
 
     def _is_safer(self) -> bool:
         """Begin anew at the layout that violated nothing, with violations much dearer; False where that was done."""
-        penalty = SAFE * penalty_of(self.scene.cell)
+        penalty = self.parameters.safe * self._first_penalty
         if self._safe is None or self.best is not None or self._penalty >= penalty:
             return False
         self._points, self._penalty = self._safe.points, penalty
@@ -162,14 +158,14 @@ class _Refinement:
         """What the full check found missing between the samples."""
         for found in clearance.classes:
             if not found.clear:
-                self._margins[found.kind] += 1.2 * (found.required - found.distance) + MARGIN
+                self._margins[found.kind] += 1.2 * (found.required - found.distance) + self.parameters.margin
         self._asked = _with_worst_limit(self._asked, clearance)
         closer = _with_breaks(self._asked, clearance, self._points)
         from_here = [points for points in (self._points, self.start) if closer and _is_followed(closer, points)]
         if closer is not None and from_here:
             self._asked, self._points = closer, from_here[0]
         else:
-            self._asked = _away_from_singularities(self._asked, clearance, self._points)
+            self._asked = _away_from_singularities(self._asked, clearance, self._points, self.parameters)
 
 
 def _judged(scene: Scene, here: Linearisation, rounds: int) -> Refined:
@@ -188,14 +184,17 @@ def _judged(scene: Scene, here: Linearisation, rounds: int) -> Refined:
     )
 
 
-def _away_from_singularities(scene: Scene, clearance: PathClearance, points: Sequence[ArmSolution]) -> Scene:
+def _away_from_singularities(
+    scene: Scene, clearance: PathClearance, points: Sequence[ArmSolution], parameters: RefinementParameters
+) -> Scene:
     """The scene with arms that lose their way between two poses kept farther from singularities, where that happens."""
     lost = {one.arm for one in clearance.breaks}
     arms = []
     for arm, point in zip(scene.cell.arms, points, strict=True):
         if arm.name in lost:
             now = placed(scene.cell, arm, point).minimum_conditioning
-            arm = replace(arm, min_conditioning=max(FARTHER * now, SINGULAR, arm.min_conditioning or 0.0))
+            least = max(parameters.farther * now, parameters.singular, arm.min_conditioning or 0.0)
+            arm = replace(arm, min_conditioning=least)
         arms.append(arm)
     return replace(scene, cell=replace(scene.cell, arms=tuple(arms)))
 

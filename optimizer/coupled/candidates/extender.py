@@ -15,6 +15,7 @@ from duocell.optimizer.coupled.candidates.loose import LooseTies
 from duocell.optimizer.coupled.candidates.placement_filter import FORGIVEN, arm_frames, telling_order
 from duocell.optimizer.coupled.candidates.placements import Placements
 from duocell.optimizer.monitoring.watch import check_stop
+from duocell.optimizer.parameters.coupled import Pairing
 from duocell.optimizer.verification.scene import LIMITS, Scene
 
 MOST = 200_000
@@ -23,29 +24,6 @@ REGION, OF_REGION = 0.12, 2
 """m; layouts in the same postures whose bases are in the same cubes of this side are alike: so many are kept."""
 ALONE = 400
 """Usable placements of an arm that is alone in its cell."""
-
-
-@dataclass(frozen=True, slots=True)
-class Effort:
-    """How far pairs are looked through.
-
-    Attributes:
-        wanted: layouts that violate nothing after which no more are looked for.
-        windows: where arms share no tied unknown, so many of the cheapest placements of each are paired, then of more
-            and more.
-        block: pairs looked at together.
-        worth: once a clean layout is known, what costs this much more than the cheapest of them is left out.
-    """
-
-    wanted: int
-    windows: tuple[int, ...]
-    block: int
-    worth: float = 1.5
-
-
-FULL = Effort(48, (48, 192, 768, 2048), 2048)
-QUICK = Effort(8, (16, 48, 192, 768, 2048), 256)
-"""Where any usable layout will do."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -85,14 +63,14 @@ class Layouts:
 class Extender:
     """Adds one more arm to layouts."""
 
-    def __init__(self, scene: Scene, arms: Sequence[ArmCandidates], ties: LooseTies, effort: Effort) -> None:
+    def __init__(self, scene: Scene, arms: Sequence[ArmCandidates], ties: LooseTies, pairing: Pairing) -> None:
         """Get ready.
 
         Args:
             scene: of the cell. arms: candidates of the arms so far and of the one to be added.
-            ties: what samples do not keep by themselves, as far as it concerns these arms. effort: where to end.
+            ties: what samples do not keep by themselves, as far as it concerns these arms. pairing: where to end.
         """
-        self._scene, self._arms, self._ties, self._effort = scene, arms, ties, effort
+        self._scene, self._arms, self._ties, self._pairing = scene, arms, ties, pairing
         self._pairs: list[SomePairs | None] = [_between(scene, other, len(arms) - 1) for other in range(len(arms) - 1)]
 
     def extended(self, layouts: Layouts) -> Layouts:
@@ -108,9 +86,9 @@ class Extender:
         for k, j, cost in self._pairs_by_cost(layouts, added):
             check_stop()
             least = float(cost[0]) if len(cost) else np.inf
-            if looked >= MOST or least > self._effort.worth * best:
+            if looked >= MOST or least > self._pairing.worth * best:
                 break
-            if clean >= self._effort.wanted and least >= best:  # what turning costs may have been underrated
+            if clean >= self._pairing.wanted and least >= best:  # what turning costs may have been underrated
                 break
             looked += len(k)
             found = self._looked_at(layouts, added, k, j, counts)
@@ -133,7 +111,7 @@ class Extender:
             yield from self._sorted(layouts, added, k, j)
             return
         done = 0
-        for window in self._effort.windows:
+        for window in self._pairing.windows:
             ahead = self._ahead(layouts, window)
             rows = np.arange(min(window, len(added))) if self._stay_untested else added.usable(window)
             k, j = np.meshgrid(np.arange(len(ahead)), np.arange(len(rows)), indexing="ij")
@@ -169,8 +147,8 @@ class Extender:
         check_stop()
         k, j, cost = k[near], j[near], cost[near] + more[near]
         order = np.argsort(cost, kind="stable")[:MOST]
-        for at in range(0, len(order), self._effort.block):
-            some = order[at : at + self._effort.block]
+        for at in range(0, len(order), self._pairing.block):
+            some = order[at : at + self._pairing.block]
             yield k[some], j[some], cost[some]
 
     def _looked_at(

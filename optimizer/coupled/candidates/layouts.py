@@ -6,33 +6,37 @@ import numpy as np
 
 from duocell.models.base.arrays import Floats
 from duocell.optimizer.coupled.candidates.candidates import ArmCandidates
-from duocell.optimizer.coupled.candidates.extender import FULL, Effort, Extender, Layouts, first_layouts
+from duocell.optimizer.coupled.candidates.extender import Extender, Layouts, first_layouts
 from duocell.optimizer.coupled.candidates.followed import Followed
 from duocell.optimizer.coupled.candidates.loose import LooseTies
 from duocell.optimizer.coupled.candidates.placement_filter import PlacementFilter
 from duocell.optimizer.coupled.candidates.placements import placements_at
 from duocell.optimizer.coupled.candidates.unknowns import TiedUnknowns
+from duocell.optimizer.parameters.coupled import COUPLED, Pairing
 from duocell.optimizer.reduction.box import search_box
-
-POSITIONS = {0: 1, 1: 200, 2: 1500, 3: 3000}
-"""Base positions of the first full round, by number of free coordinates of an arm; each has eight postures."""
 
 
 def sample_layouts(
-    followed: Followed, density: float, seed: int, effort: Effort = FULL, closely: bool = False
+    followed: Followed,
+    density: float,
+    seed: int,
+    pairing: Pairing = COUPLED.full,
+    closely: bool = False,
+    positions: tuple[int, int, int, int] = COUPLED.positions,
 ) -> tuple[Layouts, int]:
     """Layouts without sure violations, those without any first; and how many placements were tried.
 
     Args:
         followed: the cell.
-        density: how many times `POSITIONS`. seed: of the samples.
-        effort: how far pairs of placements are looked through.
+        density: how many times ``positions``. seed: of the samples.
+        pairing: how far pairs of placements are looked through.
         closely: take only placements that their arm can follow all the way between the poses.
+        positions: of the bases at density 1, by number of free coordinates of an arm.
     """
     scene, problems = followed.scene, followed.problems
     boxes = boxes_of(followed)
     unknowns = TiedUnknowns.of(scene.cell, boxes)
-    count, spacing = _counted(boxes, density)
+    count, spacing = _counted(boxes, density, positions)
     samples = unknowns.sampled(count, seed)
     arms: list[ArmCandidates] = []
     layouts: Layouts | None = None
@@ -43,7 +47,7 @@ def sample_layouts(
         if layouts is None:
             layouts = first_layouts(arms[0], ties, len(problems) == 1)
         else:
-            layouts = Extender(scene, arms, ties, effort).extended(layouts)
+            layouts = Extender(scene, arms, ties, pairing).extended(layouts)
         if not len(layouts):
             break
     tried = sum(
@@ -55,12 +59,12 @@ def sample_layouts(
     return layouts, tried
 
 
-def _counted(boxes: Floats, density: float) -> tuple[int, float]:
+def _counted(boxes: Floats, density: float, positions: tuple[int, int, int, int]) -> tuple[int, float]:
     """How many positions per arm, and about how far [m] they are apart."""
     width = boxes[..., 1] - boxes[..., 0]
     free = np.sum(width > 0.0, axis=1)
     most = int(np.argmax(free))
-    count = max(1, round(POSITIONS[int(free[most])] * density)) if free[most] else 1
+    count = max(1, round(positions[int(free[most])] * density)) if free[most] else 1
     sides = width[most][width[most] > 0.0]
     return count, float(np.prod(sides) / count) ** (1.0 / len(sides)) if len(sides) else 0.0
 

@@ -25,8 +25,6 @@ from duocell.optimizer.reduction.pose_sample import sample_segment
 from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed, reduced_problem
 from duocell.optimizer.verification.scene import Scene
 
-LONG = 60
-"""Tasks with more poses are shortened."""
 ASIDE, TURNED = 2e-3, 1e-2
 """m and rad; left out are poses that lie no farther from the straight way between their neighbours, if possible."""
 CORNERS = 1.0

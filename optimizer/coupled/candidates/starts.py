@@ -13,15 +13,12 @@ from duocell.optimizer.coupled.candidates.extender import Layouts
 from duocell.optimizer.coupled.candidates.followed import Followed
 from duocell.optimizer.monitoring.watch import check_stop
 from duocell.optimizer.nlp.program import ArmSolution
+from duocell.optimizer.parameters.coupled import COUPLED
 from duocell.optimizer.sqp.nearby import nearby
 from duocell.optimizer.verification.scene import LIMITS
 
-APART = 0.12
-"""m; layouts of the same postures whose bases are all nearer than this count as one start."""
 BATCH = 16
 """Layouts measured together."""
-MEASURED = 160
-"""Layouts measured at most."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -46,16 +43,24 @@ class Start:
         return self.objective + penalty * max(self.violation, 0.0)
 
 
-def starts_of(followed: Followed, layouts: Layouts, clean: int, others: int, apart: float = APART) -> list[Start]:
+def starts_of(
+    followed: Followed,
+    layouts: Layouts,
+    clean: int,
+    others: int,
+    apart: float = COUPLED.apart,
+    measured: int = COUPLED.measured,
+) -> list[Start]:
     """Distinct starts: up to ``clean`` that keep everything at the poses, cheapest first, then ``others`` that do not.
 
     Args:
-        followed: the cell. layouts: those first that seem to keep everything. apart: m, see `APART`.
+        followed: the cell. layouts: those first that seem to keep everything. apart: m; layouts of the same
+            postures whose bases are all nearer than this count as one start. measured: by Coal, at most.
     """
     seems = layouts.violations <= LIMITS
     kept: list[Start] = []
     spoilt: list[Start] = []
-    for start in _measured(followed, layouts, np.flatnonzero(seems)[:MEASURED], kept, apart):
+    for start in _measured(followed, layouts, np.flatnonzero(seems)[:measured], kept, apart):
         if not start.clean:
             spoilt.append(start)
         elif _distinct(start.points, kept, apart):

@@ -14,6 +14,7 @@ from duocell.optimizer.coupled.combinations.pool import Member, Pool
 from duocell.optimizer.coupled.combinations.project_positions import tied
 from duocell.optimizer.monitoring.watch import check_stop
 from duocell.optimizer.nlp.program import ArmSolution
+from duocell.optimizer.parameters.refinement import REFINEMENT, RefinementParameters
 from duocell.optimizer.reduction.reduced import ReducedProblem
 from duocell.optimizer.sqp.nearby import nearby
 from duocell.optimizer.sqp.refine import penalty_of
@@ -58,27 +59,33 @@ def combine(
     problems: Sequence[ReducedProblem | None],
     effort: int,
     deadline: float,
+    refinement: RefinementParameters = REFINEMENT,
 ) -> list[Combination]:
     """Distinct promising combinations, best first.
 
     Args:
         scene: the cell. pools: candidates per arm. problems: reduced problem per arm, or None.
         effort: how many times as many combinations to look at as in the first round.
-        deadline: `time.perf_counter` value, soft.
+        deadline: `time.perf_counter` value, soft. refinement: of what comes after.
     """
-    penalty = penalty_of(scene.cell)
+    penalty = penalty_of(scene.cell, refinement)
     candidates = _beam(scene.cell, pools, problems, penalty, BEAM * effort)
-    return look_through(scene, _order(candidates, LOOKED_AT * effort), deadline)
+    return look_through(scene, _order(candidates, LOOKED_AT * effort), deadline, refinement)
 
 
-def look_through(scene: Scene, ordered: Sequence[tuple[Member, ...]], deadline: float) -> list[Combination]:
+def look_through(
+    scene: Scene,
+    ordered: Sequence[tuple[Member, ...]],
+    deadline: float,
+    refinement: RefinementParameters = REFINEMENT,
+) -> list[Combination]:
     """Layouts with their violations at the poses, best first, without those beside better ones.
 
     Args:
         scene: the cell. ordered: layouts, the most promising first; the last ones are left out once `ENOUGH` are clean.
-        deadline: `time.perf_counter` value, soft.
+        deadline: `time.perf_counter` value, soft. refinement: of what comes after.
     """
-    penalty = penalty_of(scene.cell)
+    penalty = penalty_of(scene.cell, refinement)
     looked: list[Combination] = []
     for at in range(0, len(ordered), BATCH):
         check_stop()

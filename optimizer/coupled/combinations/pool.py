@@ -16,6 +16,7 @@ from duocell.models.robot.arm import Arm
 from duocell.models.robot.posture import ALL_SIGNS, Signs
 from duocell.optimizer.monitoring.watch import check_stop
 from duocell.optimizer.nlp.program import ArmSolution
+from duocell.optimizer.parameters.refinement import REFINEMENT, RefinementParameters
 from duocell.optimizer.reduction.box import search_box, spread
 from duocell.optimizer.reduction.reduced import ReducedProblem, conditioning_shortfall, evaluate
 from duocell.optimizer.single_arm.redundant.varied_paths import varied_paths
@@ -82,17 +83,25 @@ class Pool:
         return kept
 
 
-def pool_of(scene: Scene, index: int, problem: ReducedProblem | None, round_: int, seed: int, deadline: float) -> Pool:
+def pool_of(
+    scene: Scene,
+    index: int,
+    problem: ReducedProblem | None,
+    round_: int,
+    seed: int,
+    deadline: float,
+    refinement: RefinementParameters = REFINEMENT,
+) -> Pool:
     """Candidates of one arm.
 
     Args:
         scene: the cell. index: of the arm. problem: its reduced problem, or None.
         round_: 0 for the first look; every later one looks at four times as many bases, and keeps twice as many.
-        seed: of the point set. deadline: `time.perf_counter` value, soft.
+        seed: of the point set. deadline: `time.perf_counter` value, soft. refinement: of what comes after.
     """
     arm = scene.cell.arms[index]
     alone = alone_scene(scene.cell, arm)
-    penalty = penalty_of(scene.cell)
+    penalty = penalty_of(scene.cell, refinement)
     if problem is not None:
         found, evaluated = _reduced_points(scene.cell, arm, problem, round_, seed)
     else:

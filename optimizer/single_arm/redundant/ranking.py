@@ -9,9 +9,9 @@ import numpy as np
 from duocell.models.base.arrays import Bools, Floats, Ints
 from duocell.models.kinematics.chain_columns import rotation_vectors
 from duocell.models.robot.arm import TURN
+from duocell.optimizer.parameters.unreduced import UnreducedParameters
 from duocell.optimizer.reduction.linear_sums import keep_sums, sum_excess
 from duocell.optimizer.single_arm.redundant.conditioning_pull import conditioning_values
-from duocell.optimizer.single_arm.redundant.parameters import UnreducedParameters
 from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, seen_from_bases
 
 WHOLE = 1e-3

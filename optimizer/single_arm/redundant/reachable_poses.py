@@ -7,9 +7,9 @@ import numpy as np
 from duocell.models.base.arrays import Floats
 from duocell.models.cell.cell import Cell
 from duocell.models.robot.arm import Arm
+from duocell.optimizer.parameters.unreduced import PARAMETERS
 from duocell.optimizer.single_arm.redundant.draws import draw_seeds
 from duocell.optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
-from duocell.optimizer.single_arm.redundant.parameters import PARAMETERS
 from duocell.optimizer.single_arm.redundant.ranking import figures
 from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, unreduced_problem
 

@@ -15,11 +15,11 @@ import numpy as np
 from duocell.models.base.arrays import Bools, Floats, Ints
 from duocell.models.kinematics.chain_columns import rotation_vectors
 from duocell.models.robot.arm import TURN
+from duocell.optimizer.parameters.unreduced import UnreducedParameters
 from duocell.optimizer.reduction.linear_sums import sum_excess
 from duocell.optimizer.single_arm.redundant.conditioning_pull import conditioning_values
 from duocell.optimizer.single_arm.redundant.draws import drawn_postures, fit_to_bases
 from duocell.optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
-from duocell.optimizer.single_arm.redundant.parameters import UnreducedParameters
 from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, seen_from_bases
 
 DRAWS_PER_KEPT = 8

@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from duocell.models.base.arrays import Bools, Floats, Ints
+from duocell.optimizer.parameters.unreduced import UnreducedParameters
 from duocell.optimizer.single_arm.redundant.draws import draw_seeds, drawn_postures, fit_to_bases
 from duocell.optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
 from duocell.optimizer.single_arm.redundant.key_poses import key_poses, partly_moved, reduced_to, shares
-from duocell.optimizer.single_arm.redundant.parameters import UnreducedParameters
 from duocell.optimizer.single_arm.redundant.ranking import Figures, best_windings, distinct, figures
 from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem
 

@@ -21,10 +21,10 @@ from duocell.models.robot.arm import TURN, Arm
 from duocell.optimizer.monitoring.watch import check_stop
 from duocell.optimizer.nlp.measure import objective_of
 from duocell.optimizer.nlp.program import ArmSolution
+from duocell.optimizer.parameters.unreduced import PARAMETERS, UnreducedParameters
 from duocell.optimizer.reduction.layers import LayeredPath, finish_path
 from duocell.optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
 from duocell.optimizer.single_arm.redundant.held_poses import with_held_poses
-from duocell.optimizer.single_arm.redundant.parameters import PARAMETERS, UnreducedParameters
 from duocell.optimizer.single_arm.redundant.ranking import best_windings, distinct, figures
 from duocell.optimizer.single_arm.redundant.recombination import distinct_bases, recombined
 from duocell.optimizer.single_arm.redundant.stages import (

@@ -14,10 +14,10 @@ import numpy as np
 from duocell.models.base.arrays import Floats
 from duocell.models.cell.cell import Cell
 from duocell.models.robot.arm import Arm
+from duocell.optimizer.parameters.unreduced import PARAMETERS, UnreducedParameters
 from duocell.optimizer.reduction.layers import LayeredPath, finish_path
 from duocell.optimizer.single_arm.continuation import continue_paths
 from duocell.optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
-from duocell.optimizer.single_arm.redundant.parameters import PARAMETERS, UnreducedParameters
 from duocell.optimizer.single_arm.redundant.ranking import best_windings, figures
 from duocell.optimizer.single_arm.redundant.stages import first_seeds, middle_problem, spread, staged, through
 from duocell.optimizer.single_arm.redundant.unreduced_problem import Seeds, UnreducedProblem, unreduced_problem

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from duocell.models.robot.arm import TURN
+from duocell.optimizer.parameters.unreduced import PARAMETERS
 from duocell.optimizer.reduction.box import search_box
-from duocell.optimizer.single_arm.redundant.parameters import PARAMETERS
 from duocell.optimizer.single_arm.redundant.ranking import figures
 from duocell.optimizer.single_arm.redundant.recombination import (
     LEAP_PENALTY,

@@ -15,11 +15,11 @@ from duocell.models.cell.task import Task
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.robot.arm import Arm, BaseRegion, Interval
 from duocell.optimizer.nlp.measure import objective_of
+from duocell.optimizer.parameters.unreduced import PARAMETERS
 from duocell.optimizer.reduction.box import search_box
 from duocell.optimizer.reduction.layers import LayeredPath
 from duocell.optimizer.settings import Settings
 from duocell.optimizer.single_arm.continuation import continue_paths
-from duocell.optimizer.single_arm.redundant.parameters import PARAMETERS
 from duocell.optimizer.single_arm.redundant.ranking import distinct, figures
 from duocell.optimizer.single_arm.redundant.stages import staged
 from duocell.optimizer.single_arm.redundant.unreduced import _Nets, _one_of_a_kind, _recombined

@@ -91,7 +91,7 @@ def floor_faults(cell: Cell, places: Sequence[Floats]) -> tuple[Reason, ...]:
         footprint = cell.surroundings.footprint(arm.name)
         line = floor.half_plane(place[:2], footprint, float(world_yaw(arm, place[3])))
         if line is not None and line.distance < -SLACK:
-            away = f"({line.normal[0]:.2f}, {line.normal[1]:.2f})"
+            away = f"({line.normal[0]:z.2f}, {line.normal[1]:z.2f})"
             detail = (
                 f"{arm.name}: its footprint and margin reach {-line.distance:.3f} m into {line.piece}; moving it that "
                 f"far along {away} frees it"

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from bench.draws.cells import real_cell
-from duocell.models.cell.coupling import Direction, Distance, Rail, among
 from duocell.optimizer.infeasibility.requirements import Kind, Requirement, everything, restricted
 
 
@@ -24,9 +23,3 @@ def test_a_selection_keeps_what_is_in_it() -> None:
     assert np.array_equal(less.task.poses[0], cell.task.poses[2])
     assert np.isinf(less.arms[1].lower[2])
     assert np.array_equal(less.arms[0].lower, cell.arms[0].lower)
-
-
-def test_couplings_are_renumbered_or_dropped_with_their_arms() -> None:
-    assert among(Direction((2, 0), 0.5), [0, 2]) == Direction((1, 0), 0.5)
-    assert among(Rail((1, 2), 0.1, None), [1, 2]) == Rail((0, 1), 0.1, None)
-    assert among(Distance((0, 1), 0.1, 0.2), [0, 2]) is None

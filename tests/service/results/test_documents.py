@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from duocell.models.base.pose import rotation_from_quaternion, rotation_x, rotation_z
+from duocell.optimizer.monitoring.events import Incumbent, Standing
 from duocell.optimizer.results.findings import Alternative, Clearance, Explanation, Relaxation, Tolerance
 from duocell.optimizer.results.layout import (
     ArmCertificate,
@@ -24,7 +26,9 @@ from duocell.optimizer.results.layout import (
     Verification,
 )
 from duocell.optimizer.results.placement import Placement
-from duocell.service.results.documents import result_document
+from duocell.service.common.issues import Issue
+from duocell.service.common.version import package_version
+from duocell.service.results.documents import incumbent_document, result_document
 from duocell.service.schemas.result import LayoutResult
 
 PLACEMENT = Placement(
@@ -139,3 +143,50 @@ def test_the_pose_of_a_base_agrees_with_its_yaw() -> None:
     for yaw in (-pi, -1.0, 0.0, 2.0, 6.0):
         quaternion = np.array([0.0, 0.0, sin(yaw / 2), cos(yaw / 2)])
         np.testing.assert_allclose(rotation_from_quaternion(quaternion), rotation_z(yaw), atol=1e-12)
+
+
+def test_the_mounting_face_is_where_the_base_carries_it() -> None:
+    face = np.eye(4)
+    face[:3, :3], face[:3, 3] = Rotation.from_euler("x", 0.3).as_matrix(), [0.0, 0.1, -0.2]
+    layout = replace(FULL, placements=(replace(PLACEMENT, mount=rotation_x(0.5), mounting_face=face),))
+    found = result_document(layout, "")["arms"][0]["mounting_face"]
+    turn = Rotation.from_euler("x", 0.5) * Rotation.from_euler("z", 4.0)
+    np.testing.assert_allclose(found["position"], PLACEMENT.position + turn.apply([0.0, 0.1, -0.2]), atol=1e-12)
+    expected = (turn * Rotation.from_euler("x", 0.3)).as_matrix()
+    np.testing.assert_allclose(rotation_from_quaternion(found["orientation"]["quaternion"]), expected, atol=1e-12)
+    assert result_document(FULL, "")["arms"][0]["mounting_face"] is None
+
+
+def test_linear_limits_and_the_rule_for_singularities_are_told() -> None:
+    asked = replace(PLACEMENT, linear_margins=(("both", 0.3), ("other", 0.1)), avoids_singularities=False)
+    (arm,) = result_document(replace(FULL, placements=(asked,)), "")["arms"]
+    assert arm["linear_margins"] == [{"name": "both", "margin": 0.3}, {"name": "other", "margin": 0.1}]
+    assert arm["singularities"] == "allow"
+    assert result_document(FULL, "")["arms"][0]["singularities"] == "avoid"
+
+
+def test_what_was_asked_and_by_whom_it_was_answered_stands_in_a_result() -> None:
+    warning = Issue("/arms/0/base", "The base is far from the task.")
+    document = result_document(FULL, "hash", [warning])
+    assert (document["request_hash"], document["version"]) == ("hash", package_version())
+    assert [one["pointer"] for one in document["warnings"]] == ["/arms/0/base"]
+    assert [segment["name"] for segment in document["jobs"]] == ["a", "b"]
+
+
+def test_a_baseline_without_a_start_tells_none() -> None:
+    arm = replace(BASELINE_ARM, start=None)
+    baselines = (Baseline("interior-penalty", None, 0.2, False, (arm,), "none"),)
+    (shown,) = result_document(replace(FULL, baselines=baselines), "")["baselines"][0]["arms"]
+    assert shown["start"] is None
+    assert shown["base"]["yaw"] == 0.1
+
+
+def test_a_layout_on_the_way_is_told_by_where_its_arms_stand() -> None:
+    standing = Standing("main", (1.0, 2.0, 3.0), 4.0, {"elbow": "up"}, inf, rotation_x(0.5))
+    found = incumbent_document(Incumbent(inf, 0.25, (standing,)))
+    assert (found["objective"], found["time"]) == (None, 0.25)
+    (arm,) = found["arms"]
+    assert (arm["name"], arm["posture"], arm["objective"]) == ("main", {"elbow": "up"}, None)
+    layout = replace(FULL, placements=(replace(PLACEMENT, mount=rotation_x(0.5)),))
+    assert arm["base"] == result_document(layout, "")["arms"][0]["base"]
+    assert json.loads(json.dumps(found, allow_nan=False)) == found

@@ -73,6 +73,26 @@ def test_what_an_older_result_did_not_tell_is_null_and_its_word_stays() -> None:
     assert {name: value for name, value in found.items() if RESULT.get(name) == value}.keys() >= {"jobs", "reasons"}
 
 
+def test_an_older_result_without_proof_or_alternatives_gets_neither() -> None:
+    plain = {key: value for key, value in RESULT.items() if key != "alternatives"} | {"certificate": None}
+    found = json.loads(completed(json.dumps(plain)))
+    assert found["certificate"] is None
+    assert "alternatives" not in found
+    assert found["warnings"] == []
+    assert found["arms"][0] == ARM | {"singularities": None}
+
+
+def test_what_an_older_result_did_tell_is_kept() -> None:
+    told = copy.deepcopy(RESULT)
+    told["search"]["first_feasible_time"] = 0.02
+    told["certificate"]["ended"] = True
+    told["arms"][0]["singularities"] = "avoid"
+    found = json.loads(completed(json.dumps(told)))
+    assert found["search"] == told["search"] | {"ended": None}
+    assert found["certificate"]["ended"] is True
+    assert found["arms"][0]["singularities"] == "avoid"
+
+
 def test_a_result_of_this_version_is_left_as_it_is() -> None:
     newest = copy.deepcopy(RESULT)
     newest["search"] |= {"ended": True, "first_feasible_time": 0.01}

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from duocell.models.base.errors import InvalidInput
 from duocell.models.base.pose import rotation_z
-from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight, among
 from duocell.models.cell.coupling.direction import APART
 
 LENGTH = st.floats(-3.0, 3.0)
@@ -104,6 +104,90 @@ def test_numbers_arrays_and_expressions_agree(coupling: Coupling) -> None:
         numbers = coupling.rows([tuple(places[a, :, k]) for a in range(2)])
         assert np.allclose([value[k] for value in arrays.values], numbers.values)
         assert np.allclose(function(places[0, :, k], places[1, :, k]).full().ravel(), numbers.values)
+
+
+HERE = (0.3, -0.2, 0.5, 0.4)
+SIDE = 0.7
+"""rad, direction of the rail and of the mirror's plane, and from the first base to the second."""
+
+
+def moved(along: float = 0.0, across: float = 0.0, up: float = 0.0, turn: float = 0.0) -> tuple[Base, Base]:
+    """A base, and the same base moved and turned, seen along `SIDE`."""
+    x = HERE[0] + along * np.cos(SIDE) - across * np.sin(SIDE)
+    y = HERE[1] + along * np.sin(SIDE) + across * np.cos(SIDE)
+    return HERE, (float(x), float(y), HERE[2] + up, HERE[3] + turn)
+
+
+MIRROR = Mirror((0, 1), HERE[:2], SIDE)
+FACING = 2.0 * (SIDE - HERE[3])
+"""rad, from the yaw of `HERE` to that of its mirror image."""
+
+
+@pytest.mark.parametrize(
+    ("coupling", "bases", "label", "excess"),
+    [
+        (SameHeight((0, 1)), moved(up=0.2), "same height", 0.2),
+        (Distance((0, 1), 0.0, 0.5), moved(along=0.8), "distance of the bases", 0.3),
+        (Direction((0, 1), SIDE), moved(along=1.0, across=0.1), "direction of the second base", 0.1),
+        (Direction((0, 1), SIDE), moved(along=-1.0), "side of the second base", 1.0 + APART),
+        (Rail((0, 1), SIDE), moved(along=1.0, across=0.1), "on the rail", 0.1),
+        (Rail((0, 1), SIDE), moved(along=1.0, up=0.2), "same height", 0.2),
+        (Rail((0, 1), SIDE, HERE[:2]), moved(across=0.1), "on the rail", 0.1),
+        (
+            MIRROR,
+            moved(along=0.1, turn=FACING),
+            "mirrored along the plane",
+            0.1,
+        ),
+        (
+            MIRROR,
+            moved(across=0.1, turn=FACING),
+            "mirrored across the plane",
+            0.1,
+        ),
+        (MIRROR, moved(up=0.2, turn=FACING), "same height", 0.2),
+        (
+            MIRROR,
+            moved(turn=FACING + 0.1),
+            "mirrored yaw",
+            2.0 * np.sin(0.05),
+        ),
+    ],
+)
+def test_what_is_wrong_is_told_by_the_label_of_its_row_in_metres_or_radians(
+    coupling: Coupling, bases: tuple[Base, Base], label: str, excess: float
+) -> None:
+    rows = coupling.rows(bases)
+    outside = [max(low - v, v - high) for v, low, high in zip(rows.values, rows.lower, rows.upper, strict=True)]
+    assert [told for told, by in zip(rows.labels, outside, strict=True) if by > 1e-6] == [label]
+    assert max(outside) == pytest.approx(excess, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("build", "words"),
+    [
+        (lambda: SameHeight((0,)), "needs 2 or more arms, got 1"),
+        (lambda: Distance((0, 1, 2)), "needs 2 arms, got 3"),
+        (lambda: Direction((1, 1), 0.0), "cannot be coupled with itself"),
+        (lambda: Rail((), 0.0, (0.0, 0.0)), "needs 1 or more arms, got 0"),
+        (lambda: Distance((0, 1), 2.0, 1.0), "between 2 m and 1 m"),
+    ],
+)
+def test_a_refusal_says_what_is_needed(build: Callable[[], Coupling], words: str) -> None:
+    with pytest.raises(InvalidInput, match=words):
+        build()
+
+
+def test_one_arm_alone_may_stand_on_a_rail_whose_place_is_given() -> None:
+    rows = Rail((0,), SIDE, HERE[:2]).rows(moved(across=0.1)[1:])
+    assert rows.values == pytest.approx((0.1,))
+    assert rows.labels == ("on the rail",)
+
+
+def test_couplings_are_renumbered_or_dropped_with_their_arms() -> None:
+    assert among(Direction((2, 0), 0.5), [0, 2]) == Direction((1, 0), 0.5)
+    assert among(Rail((1, 2), 0.1, None), [1, 2]) == Rail((0, 1), 0.1, None)
+    assert among(Distance((0, 1), 0.1, 0.2), [0, 2]) is None
 
 
 @pytest.mark.parametrize(

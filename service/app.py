@@ -12,7 +12,7 @@ from fastapi import FastAPI
 from fastapi.staticfiles import StaticFiles
 from fastapi.telemetry import TelemetryConfig
 
-from duocell.service.api import docs, evaluate, events, health, layouts, meshes, robots
+from duocell.service.api import docs, evaluate, events, health, layouts, meshes, robots, tasks
 from duocell.service.api import imports as imports_api
 from duocell.service.api.state import State
 from duocell.service.common.issues import InvalidRequest
@@ -35,13 +35,14 @@ from duocell.service.uploads.places import upload_places
 from duocell.service.workers.acceptance import Acceptance
 from duocell.service.workers.executor import Executor
 from duocell.service.workers.health import Monitor
-from duocell.service.workers.import_worker import ImportWorker
+from duocell.service.workers.import_worker import ImportWorker, Words
 from duocell.service.workers.pool import ProcessExecutor
 
 log = logging.getLogger(__name__)
 
 STATIC = Path(__file__).parent / "static"
 
+TASKS = Words("Reading it", "DUOCELL_ACCEPT_LIMIT", "Send fewer way-points.")
 LOAD_WITHIN = 60.0
 """s for the catalogue."""
 
@@ -78,12 +79,13 @@ def create_app(
         await jobs.start()
         metrics.watch(workers=runs_on.alive, queued=lambda: jobs.waiting, running=lambda: jobs.running)
         import_worker = ImportWorker(settings.upload_time_limit)
+        task_worker = ImportWorker(settings.accept_limit, TASKS)
         monitor = Monitor(runs_on, settings.self_test_every)
         acceptance = Acceptance(settings)
         evaluations = Evaluations(runs_on, limit=settings.evaluate_limit, most=settings.max_evaluations)
         library, imports, places = Library(settings.data_dir), Imports(), upload_places(settings)
         app.state.duocell = State(
-            settings, jobs, acceptance, evaluations, monitor, library, import_worker, places, imports
+            settings, jobs, acceptance, evaluations, monitor, library, import_worker, task_worker, places, imports
         )
         background = [asyncio.create_task(monitor.watch()), asyncio.create_task(_load_robots(monitor))]
         try:
@@ -96,6 +98,7 @@ def create_app(
             await acceptance.stop()
             await imports.stop()
             await import_worker.stop()
+            await task_worker.stop()
             await runs_on.stop()
 
     app = FastAPI(
@@ -107,7 +110,7 @@ def create_app(
         telemetry={**telemetry.config(), **(traces or {})},
     )
     error_handlers.install(app)
-    for part in (evaluate, layouts, events, robots, imports_api, meshes, health, docs):
+    for part in (evaluate, layouts, events, tasks, robots, imports_api, meshes, health, docs):
         app.include_router(part.router)
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
     openapi.install(app)

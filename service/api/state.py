@@ -29,6 +29,7 @@ class State:
     monitor: Monitor
     library: Library
     import_worker: ImportWorker
+    task_worker: ImportWorker
     places: UploadPlaces
     imports: Imports
 

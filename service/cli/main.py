@@ -76,6 +76,8 @@ def parser() -> argparse.ArgumentParser:
     _add_robots(check)
     check.set_defaults(command=_check)
 
+    _add_task(commands)
+
     robots = commands.add_parser(
         "robots", help="list the robots, or show one", description="List the robots, or show one."
     )
@@ -101,6 +103,24 @@ def parser() -> argparse.ArgumentParser:
     version = commands.add_parser("version", help="print the version", description="Print the version.")
     version.set_defaults(command=_version)
     return top
+
+
+def _add_task(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    task = commands.add_parser(
+        "task",
+        help="read a task from a table, a robot program or a tool path",
+        description="Read a task from a file: CSV, JSON, ROS or MoveIt YAML, programs of Universal Robots, KUKA, ABB "
+        "and FANUC, G-code, APT. What is printed goes into a request as it is (docs/tasks.md).",
+    )
+    task.add_argument("file", metavar="FILE", help="- reads standard input")
+    task.add_argument("-o", "--output", metavar="TASK.json", help="where to write the task; left out: standard output")
+    task.add_argument("--format", help="what kind of file it is, if neither name nor contents tell")
+    task.add_argument("--units", help="of its lengths, if it does not tell: m, mm, cm, inch")
+    task.add_argument("--rotation", help="how its orientations are written, if it does not tell")
+    task.add_argument("--columns", metavar="X,Y,Z,...", help="names of the columns of a table without names")
+    task.add_argument("--tolerance", type=float, metavar="MM", help="leave out way-points within so many mm of the way")
+    task.add_argument("--angle-tolerance", type=float, metavar="DEG", help="and within so many degrees (0.57)")
+    task.set_defaults(command=_task)
 
 
 def _add_robots(command: argparse.ArgumentParser) -> None:
@@ -149,8 +169,17 @@ def _check(options: argparse.Namespace) -> int:
     return check(options.request, options.output, _robot_urdfs(options))
 
 
+def _task(options: argparse.Namespace) -> int:
+    from duocell.service.cli.task import Given, task
+
+    given = Given(
+        options.format, options.units, options.rotation, options.columns, options.tolerance, options.angle_tolerance
+    )
+    return task(options.file, options.output, given)
+
+
 def _robots(options: argparse.Namespace) -> int:
-    from duocell.service.cli.tables import print_robot, print_robots
+    from duocell.service.cli.printing.tables import print_robot, print_robots
     from duocell.service.library.library import Library
     from duocell.service.settings import Settings
 

@@ -52,7 +52,7 @@ def solve(
 
 def show(resource: dict[str, Any], output: str | None) -> None:
     """Print a layout, and write it if asked to."""
-    from duocell.service.cli.tables import print_layout
+    from duocell.service.cli.printing.tables import print_layout
 
     text = json.dumps(resource, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
     if output not in (None, "-"):  # before anything is printed: who reads that may have left

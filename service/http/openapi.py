@@ -33,6 +33,7 @@ GUARDED_WITH = (401, 429)
 """Errors that the guard may answer with, whatever is asked for."""
 TAGS = [
     {"name": "layouts", "description": "Ask for layouts and fetch them."},
+    {"name": "tasks", "description": "Tasks from files: tables, robot programs, tool paths."},
     {"name": "robots", "description": "The robots that a request may name: built in, or brought by users."},
     {"name": "meshes", "description": "Solids brought by users, for obstacles, parts and tools."},
     {"name": "service", "description": "Health of the service, meaning of its problems."},

@@ -1,13 +1,18 @@
-"""Forms that users send, as they are published in the OpenAPI document."""
+"""Forms that users send, and what is read from task files, as they are published in the OpenAPI document."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, WithJsonSchema
 from pydantic.json_schema import SkipJsonSchema
 
+from duocell.models.task_files.conventions import ROTATIONS, UNITS
+from duocell.models.task_files.reading import FORMATS
 from duocell.service.library.document_store import NAME
+from duocell.service.schemas.base import Answer
+from duocell.service.schemas.task import PosesTask
 
 Upload = Annotated[
     bytes, WithJsonSchema({"type": "string", "format": "binary", "contentMediaType": "application/octet-stream"})
@@ -80,3 +85,95 @@ class MeshUpload(BaseModel):
     name: str | SkipJsonSchema[None] = Field(
         default=None, max_length=200, description="Label; left out: the name of the file.", examples=["fixture"]
     )
+
+
+def _one_of(words: Iterable[str]) -> dict[str, Any]:
+    return {"enum": list(words)}
+
+
+class TaskUpload(BaseModel):
+    """A task: a table, a list, a message, a robot program or a tool path."""
+
+    model_config = _FORM
+
+    file: Upload = Field(
+        description="The file. The suffix of its name tells what it is: "
+        + "; ".join(f"{', '.join(kind.suffixes)} {kind.title}" for kind in FORMATS.values())
+        + ". Another one is looked into."
+    )
+    format: str | SkipJsonSchema[None] = Field(
+        default=None,
+        description="What kind of file it is; left out: as above.",
+        examples=["kuka"],
+        json_schema_extra=_one_of(FORMATS),
+    )
+    units: str | SkipJsonSchema[None] = Field(
+        default=None,
+        description="Of lengths; left out: as the format or the columns say, otherwise guessed, and told.",
+        examples=["mm"],
+        json_schema_extra=_one_of(UNITS),
+    )
+    rotation: str | SkipJsonSchema[None] = Field(
+        default=None,
+        description="How orientations are written; left out: as the format or the columns say. "
+        + "; ".join(f"{name}: {convention.words}" for name, convention in ROTATIONS.items())
+        + ".",
+        examples=["rpy_deg"],
+        json_schema_extra=_one_of(ROTATIONS),
+    )
+    columns: str | SkipJsonSchema[None] = Field(
+        default=None,
+        description="Names of the columns of a table or list without names, separated by commas.",
+        examples=["x,y,z,qx,qy,qz,qw"],
+    )
+    tolerance: float | SkipJsonSchema[None] = Field(
+        default=None,
+        gt=0.0,
+        description="m: way-points are left out that are within it, and within angle_tolerance, of the way between "
+        "those that are kept; arcs become chords within it. Left out: all way-points are kept, arcs to 0.1 mm.",
+        examples=[0.0005],
+    )
+    angle_tolerance: float | SkipJsonSchema[None] = Field(
+        default=None,
+        gt=0.0,
+        description="rad, beside tolerance; left out: 0.01.",
+        examples=[0.01],
+    )
+
+
+class UnderstoodFile(Answer):
+    """What a task file was taken for."""
+
+    format: str = Field(description="Kind of file.", examples=["csv"])
+    units: str = Field(description="Of its lengths.", examples=["mm"])
+    rotation: str = Field(description="How its orientations are written.", examples=["rpy_deg"])
+    columns: list[str] = Field(
+        description="Of a table, as they were read; empty for other files.",
+        examples=[["x", "y", "z", "roll", "pitch", "yaw"]],
+    )
+    free_roll: bool = Field(
+        description="Only the axis of the tool is given: what turns about the z axis of the poses was chosen so that "
+        "it changes least, and may be anything.",
+        examples=[False],
+    )
+    read: int = Field(description="Way-points of the file.", examples=[1200])
+    kept: int = Field(description="Poses of the task.", examples=[85])
+    position_error: float = Field(
+        description="m, how far a way-point that was left out is from the way at most.", examples=[0.00047]
+    )
+    rotation_error: float = Field(description="rad, likewise.", examples=[0.0021])
+    guessed: list[str] = Field(
+        description="What the file does not say, and how it was taken; empty if it says everything.",
+        examples=[["The unit is mm, since the largest coordinate is 820."]],
+    )
+    notes: list[str] = Field(
+        description="What was left out, or needs to be known.",
+        examples=[["2 targets were left out: they are joint values, not poses."]],
+    )
+
+
+class ImportedTask(Answer):
+    """A task that was read from a file."""
+
+    task: PosesTask = Field(description="To be put into a request as it is.")
+    understood: UnderstoodFile = Field(description="What the file was taken for.")

@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import logging
 from collections.abc import Callable
-from typing import Any, TypeVar, cast
+from typing import Any, NamedTuple, TypeVar, cast
 
 from duocell.service.common.issues import InvalidRequest, Issue
 from duocell.service.common.problems import Problem
@@ -25,6 +25,19 @@ STARTS = 3
 """Times that a process is started for an upload; after a failure the next one is forked from another fork server."""
 
 
+class Words(NamedTuple):
+    """What to say to somebody whose upload takes too long: what is done with it, the setting, what to do."""
+
+    doing: str
+    setting: str
+    advice: str
+
+
+MESHES = Words(
+    "Reading it and taking its meshes apart", "DUOCELL_UPLOAD_TIME_LIMIT", "Send simplified collision meshes."
+)
+
+
 def _nobody(kind: str, data: str) -> None:
     """Follows nothing."""
 
@@ -36,10 +49,12 @@ class ImportWorker:
 
     Args:
         time_limit: s that an upload may take.
+        words: for uploads that take longer.
     """
 
-    def __init__(self, time_limit: float) -> None:
+    def __init__(self, time_limit: float, words: Words = MESHES) -> None:
         self._time_limit = time_limit
+        self._words = words
         self._turn = asyncio.Lock()
         self._processes: set[WorkerProcess] = set()
 
@@ -65,11 +80,9 @@ class ImportWorker:
                     reply = process.begin(_answer, (function, *arguments), report)
                     made, issues = await asyncio.shield(reply)
             except TimeoutError as error:
-                raise _refused(
-                    f"Reading it and taking its meshes apart takes longer than {self._time_limit:g} s "
-                    "(DUOCELL_UPLOAD_TIME_LIMIT). Send simplified collision meshes.",
-                    "too-large",
-                ) from error
+                doing, setting, advice = self._words
+                detail = f"{doing} takes longer than {self._time_limit:g} s ({setting}). {advice}"
+                raise _refused(detail, "too-large") from error
             except WorkerDied as error:
                 log.error("the process that read an upload ended: %s", error.detail)
                 detail = "The process that read it broke down. Is it in order? Check it with another program."

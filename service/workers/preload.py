@@ -8,6 +8,7 @@ from __future__ import annotations
 import gc
 
 from duocell.service.requests import reading  # noqa: F401  # what reads requests is forked from here too
+from duocell.service.schemas import uploads  # noqa: F401  # what reads task files too: their parsers, and the answer
 from duocell.service.workers import worker
 
 worker.self_test()

@@ -13,7 +13,7 @@ import pytest
 
 from duocell.models.base.pose import rotation_from_rpy, transform
 from duocell.optimizer.optimize import optimize
-from duocell.service.cli.tables import print_layout
+from duocell.service.cli.printing.tables import print_layout
 from duocell.service.common.issues import InvalidRequest
 from duocell.service.figure.figure import draw_layout
 from duocell.service.requests.accept import accept

@@ -12,7 +12,7 @@ import pytest
 
 from duocell.optimizer.optimize import optimize
 from duocell.optimizer.settings import Settings
-from duocell.service.cli.tables import print_layout
+from duocell.service.cli.printing.tables import print_layout
 from duocell.service.common.issues import InvalidRequest
 from duocell.service.requests.accept import accept
 from duocell.service.requests.convert import cell_of

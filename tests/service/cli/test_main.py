@@ -226,7 +226,7 @@ def test_the_answer_is_written_also_where_nobody_reads_what_is_printed(
     def gone(*_: object) -> None:
         raise BrokenPipeError
 
-    monkeypatch.setattr("duocell.service.cli.tables.print_layout", gone)
+    monkeypatch.setattr("duocell.service.cli.printing.tables.print_layout", gone)
     output = tmp_path / "result.json"
     with pytest.raises(BrokenPipeError):
         show({"status": "succeeded"}, str(output))

@@ -52,6 +52,7 @@ def test_every_operation_is_named_and_explained(published: Document) -> None:
         "get_problem",
         "get_readiness",
         "get_robot",
+        "import_task",
         "list_layouts",
         "list_meshes",
         "list_robots",
@@ -167,6 +168,10 @@ def bring_mesh(client: TestClient, file: str = "box.stl") -> Any:
     return client.post("/v1/meshes", files={"mesh": (file, own_robot.as_stl(trimesh.creation.box((1.0, 2.0, 3.0))))})
 
 
+def import_task(client: TestClient, text: str) -> Any:
+    return client.post("/v1/tasks/import", files={"file": ("way.apt", text)})
+
+
 @pytest.mark.parametrize(
     ("operation_id", "status", "ask"),
     [
@@ -203,6 +208,9 @@ def bring_mesh(client: TestClient, file: str = "box.stl") -> Any:
         ("get_mesh", 200, lambda c, e: c.get(bring_mesh(c).headers["location"])),
         ("get_mesh", 404, lambda c, e: c.get("/v1/meshes/none")),
         ("delete_mesh", 404, lambda c, e: c.delete("/v1/meshes/none")),
+        ("import_task", 200, lambda c, e: import_task(c, "GOTO/0,0,0\nGOTO/1,0,0\n")),
+        ("import_task", 422, lambda c, e: import_task(c, "GOTO/0,0\n")),
+        ("import_task", 415, lambda c, e: c.post("/v1/tasks/import", json=e)),
         ("get_health", 200, lambda c, e: c.get("/healthz")),
         ("get_readiness", 200, lambda c, e: c.get("/readyz")),
         ("get_problem", 200, lambda c, e: c.get("/problems/queue-full")),

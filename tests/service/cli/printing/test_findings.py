@@ -10,8 +10,8 @@ import numpy as np
 from duocell.optimizer.results.findings import Alternative, Clearance, Explanation, Relaxation, Tolerance
 from duocell.optimizer.results.layout import Layout, Outcome, Search
 from duocell.optimizer.results.placement import Placement
-from duocell.service.cli.console import console_on
-from duocell.service.cli.findings import print_findings
+from duocell.service.cli.printing.console import console_on
+from duocell.service.cli.printing.findings import print_findings
 from duocell.service.results.documents import result_document
 
 PLACEMENT = Placement(

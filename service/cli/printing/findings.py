@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from duocell.service.cli.console import NONE, in_degrees, in_millimetres, number, table
+from duocell.service.cli.printing.console import NONE, in_degrees, in_millimetres, number, table
 
 
 def print_findings(console: Console, result: dict[str, Any]) -> None:

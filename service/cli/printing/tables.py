@@ -9,10 +9,10 @@ from rich.markup import escape
 from rich.table import Table
 
 from duocell.models.base.errors import UnknownRobot
-from duocell.service.cli.console import NONE, console_on, in_degrees, number, table
 from duocell.service.cli.exit_codes import Exit
-from duocell.service.cli.findings import print_findings
 from duocell.service.cli.input import complain
+from duocell.service.cli.printing.console import NONE, console_on, in_degrees, number, table
+from duocell.service.cli.printing.findings import print_findings
 from duocell.service.common.issues import Issue
 from duocell.service.library.library import Library
 from duocell.service.library.robots import robot_document, robot_list

@@ -7,7 +7,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -55,15 +55,21 @@ class Server:
 
 
 @contextmanager
-def serving() -> Iterator[Server]:
+def serving(program: Sequence[str] = ()) -> Iterator[Server]:
     """Start a server, wait until it is ready, stop it in the end.
+
+    Args:
+        program: arguments of Python, in place of `duocell serve`, that start it; host and port follow.
 
     Raises:
         RuntimeError: it ended, or is not ready in time.
     """
     port = free_port()
     url = f"http://127.0.0.1:{port}"
-    command = [str(Path(sys.executable).with_name("duocell")), "serve", "--host", "127.0.0.1", "--port", str(port)]
+    duocell = str(Path(sys.executable).with_name("duocell"))
+    command = [duocell, "serve", "--host", "127.0.0.1", "--port", str(port)]
+    if program:
+        command = [sys.executable, *program, "127.0.0.1", str(port)]
     with tempfile.TemporaryDirectory() as folder, Path(folder, "log").open("w+b") as log:
         began = perf_counter()
         process = subprocess.Popen(
@@ -110,6 +116,11 @@ def request_of(cell: Cell) -> bytes:
     ]
     poses = [pose(transform(p[:3, :3], p[:3, 3])) for p in cell.task.poses]
     return json.dumps({"task": {"poses": poses}, "arms": arms, "max_joint_step": cell.max_joint_step}).encode()
+
+
+def without_proof(body: bytes) -> bytes:
+    """A body that asks for no certificate: the time of one is not that of the search."""
+    return json.dumps(json.loads(body) | {"certificate": None}).encode()
 
 
 def _ready(url: str) -> bool:

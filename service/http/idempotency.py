@@ -10,6 +10,7 @@ from pydantic import WithJsonSchema
 
 from duocell.service.common.issues import Issue
 from duocell.service.common.problems import Problem
+from duocell.service.http.described import not_sent
 
 BARE, QUOTED = "[!#-~]([ -~]{0,253}[!-~])?", '"[!-~]([ -~]{0,253}[!-~])?"'
 PATTERN = f"^({BARE}|{QUOTED})$"
@@ -39,7 +40,7 @@ _Sent = Annotated[
     list[str],
     Header(
         alias="Idempotency-Key",
-        default_factory=list,
+        default_factory=not_sent,
         description="1 to 255 printable ASCII characters, in quotes or not, best a new UUID: the same body with the "
         "same key is carried out once, however often it is sent.",
         openapi_examples={"uuid": {"value": "8e03978e-40d5-43dd-bc93-6894a57f9324"}},

@@ -8,13 +8,15 @@ from typing import Annotated
 from fastapi import Header
 from pydantic import WithJsonSchema
 
+from duocell.service.http.described import not_sent
+
 _ONE = WithJsonSchema({"type": "string"})
 """A header that may be sent several times is one text to a client."""
 WaitPreference = Annotated[
     list[str],
     Header(
         alias="Prefer",
-        default_factory=list,
+        default_factory=not_sent,
         description="`wait=N`: answer with the finished layout if it is done within N seconds (RFC 7240).",
         openapi_examples={"wait": {"value": "wait=10"}},
     ),
@@ -24,7 +26,7 @@ AsyncPreference = Annotated[
     list[str],
     Header(
         alias="Prefer",
-        default_factory=list,
+        default_factory=not_sent,
         description="`respond-async`: answer as soon as the files are there, with the address to follow.",
         openapi_examples={"async": {"value": "respond-async"}},
     ),

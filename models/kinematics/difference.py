@@ -9,7 +9,7 @@ about them by the same angle differ by a turn of at most 2 δ, and
     (R (x - p) + p) - (R' (x - p') + p') = (R - R') (x - p) + (1 - R') (p - p')
 
 is no longer than 2 δ r + 2 d. The sum over the joints bounds how far the point of the hand is off, the sum of 2 δ how
-far the hand is turned (docs/method.md, "Arms that are not quite as drawn").
+far the hand is turned (docs/method.md, section 5).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The nonlinear program of a cell: base placements and all joints of all poses at once (docs/method.md, "The problem").
+"""The nonlinear program of a cell: base placements and all joints of all poses at once (docs/method.md, section 1).
 
 `build_program` is pure: it states the problem and solves nothing. The symbolic part depends on the robots, the number
 of poses and the kinds of rows alone, so it is compiled once and shared; a `Program` adds the numbers of one request.

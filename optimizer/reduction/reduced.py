@@ -3,7 +3,7 @@
 Where joint 1 turns about the base's z axis, a base yaw only shifts joint 1. Then, for a position (x, y, z) and a
 posture, the inverse kinematics give the whole path, the best 2π winding of every joint is a rounding and the best yaw
 is a clipped mean. So an uncoupled arm is a search over at most three numbers, whatever the length of the task
-(docs/method.md, "The reduction"). Everything here is vectorised over positions and postures.
+(docs/method.md, section 2). Everything here is vectorised over positions and postures.
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
 """Intervals as centre and radius, for arrays, with the few functions the bounds need.
 
 A `Ball` stands for every array whose entries lie within ``radius`` of ``centre``. All operations are inclusions:
-the result of an operation on members is a member of the result. Rounding is not directed; whoever draws a conclusion
-from a ball leaves a slack many orders above it (`duocell.optimizer.certificate.bounds.angles.joints.SLACK`).
+the result of an operation on members is a member of the result (docs/method.md, section 7.1). Rounding is not directed;
+whoever draws a conclusion from a ball leaves a slack many orders above it
+(`duocell.optimizer.certificate.bounds.angles.joints.SLACK`).
 """
 
 from __future__ import annotations

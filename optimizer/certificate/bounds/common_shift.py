@@ -1,8 +1,8 @@
 r"""Joint 1 in a task sequence: one yaw for all segments, a turn of 2π for each of them.
 
 Where the values of every segment are known to lie on one turn, joint 1 of segment b is shifted by ``s_b = y + 2π k_b``
-with the same y for all. By the triangle inequality over all poses together (as in
-`duocell.optimizer.certificate.bounds.yaw`)
+with the same y for all. By the triangle inequality over all poses together (docs/method.md,
+section 7.7)
 
     Σ_bj (c_bj + t_bj + s_b - q*)² >= (max(0, √(V + Q(y, k)) - ‖r‖))²,     Q = Σ_b W_b (s_b - s*_b)²,
 

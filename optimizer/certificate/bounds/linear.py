@@ -1,20 +1,10 @@
 r"""The linearised problem of a box and what its solution proves.
 
 In a box the errors ``e = q - q*`` of the joints are ``v(y) + δ`` with v linear in y (base position relative to the
-centre, and yaw shift of joint 1) and ``|δ| <= r``. For any numbers t and any multipliers μ, ν >= 0 every admissible
-path with its base in the box has
-
-    Σ w e² >= Σ w (2 t e - t²) + Σ μ (e - ē) + Σ ν (e̲ - e),
-
-because a parabola lies above its tangents and the limits e̲ <= e <= ē hold. The right side is ``constant + Σ λ e`` with
-λ = 2 w t + μ - ν; with y between ``low`` and ``high`` its minimum is elementary:
-
-    Σ λ e >= Σ λ v(0) + Σ_v min(g_v low_v, g_v high_v) - Σ |λ| r,     g = slopesᵀ λ.
-
-Nothing more is needed for soundness: this is weak duality. t, μ, ν are good if they come from the minimiser of
-``Σ w v² + K Σ violation²``: the gradient vanishes there for t = v and μ = 2K violation, so these are nearly optimal
-multipliers if K is large. Projected Newton steps find it, K growing on the way where limits are in play; every stage
-gives a bound, the best one counts.
+centre, and yaw shift of joint 1) and ``|δ| <= r``. By weak duality any numbers t and any multipliers μ, ν >= 0 of the
+limits bound Σ w e² from below (docs/method.md, section 7.6). Good ones come from the minimiser of
+``Σ w v² + K Σ violation²``, which projected Newton steps find, K growing on the way where limits are in play; every
+stage gives a bound, the best one counts.
 """
 
 from __future__ import annotations

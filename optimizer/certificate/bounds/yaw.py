@@ -1,11 +1,8 @@
 r"""Joint 1 of a base that may be turned: the cost that no yaw can avoid.
 
-A yaw shifts all of q1 by the same s (up to 2πk), so over a stretch of poses whose values c_j ± r_j are on one turn
-
-    Σ_j (c_j + t_j + s - q*)² >= (max(0, ‖c + s - q*‖ - ‖r‖))²        for all |t_j| <= r_j,
-
-by the triangle inequality, and ``‖c + s - q*‖² = Σ (c_j - c̄)² + n (s - s*)²`` with ``s* = q* - c̄``. A free yaw leaves
-the first term; a bounded one, or limits of joint 1, keep s at a distance from s*.
+A yaw shifts all of q1 by the same s (up to 2πk), so over a stretch of poses whose values c_j ± r_j are on one turn the
+cost is at least ``(max(0, ‖c + s - q*‖ - ‖r‖))²``, a parabola in s about ``s* = q* - c̄`` (docs/method.md, section 7.7).
+A free yaw leaves its least value; a bounded one, or limits of joint 1, keep s at a distance from s*.
 
 Values of neighbouring poses are on one turn if only one winding of the later one can be within the largest step of the
 earlier one. The mean over poses of which that is not known would be unsound: then the path falls into stretches, each

@@ -1,4 +1,4 @@
-"""Gauss-Newton for many seeds of the unreduced problem at once (docs/method.md, "Arms without the reduction").
+"""Gauss-Newton for many seeds of the unreduced problem at once (docs/method.md, section 6).
 
 Every pose of every seed is linearised about its own joints; the joints are eliminated pose by pose (a 6x6 system
 each), what is left is a system of at most four unknowns per seed, its base. Joint limits are an active set of stiff

@@ -6,7 +6,7 @@ cannot meet twice on the circle; else the second is taken, which stays on the tu
 second is the tight one in small boxes away from singular postures; the first needs no smoothness.
 
 By Taylor's theorem the value at centre + d is ``exact + slopes·d`` up to half of the largest second differential, for
-which the mean-value bounds of the first differentials over the whole box are enough (`bending`).
+which the mean-value bounds of the first differentials over the whole box are enough (docs/method.md, section 7.5).
 """
 
 from __future__ import annotations

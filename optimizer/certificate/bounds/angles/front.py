@@ -7,18 +7,7 @@ s = ±1 the shoulder:
     q1 = α + s acos(o / D),     f = s sqrt(D² - o²)          (coordinate in front of axis 1)
 
 The height of W in that plane is linear in z, and so is o if n leans (``n·h1 ≠ 0``); else o is the same everywhere.
-
-*Values.* A box of positions makes v a rectangle that does not depend on z: D is between the distances of its nearest
-and its farthest point, α between the azimuths of its corners; acos and sqrt are monotone.
-
-*Slopes.* Let a' = Rot(h1, q1) a and g' = a' x h1. Then ``v = o a' + f g'``. As p moves, ``dv = -dp``; with
-``d a' = -g' dq1`` and ``d g' = a' dq1`` the two components of dv give
-
-    dq1 = -(a'·dp + do) / f,     df = -g'·dp + o dq1.
-
-*Bending.* Differentiating v once more along the same line (``d²v = 0``):
-
-    d²q1 = dq1 (o dq1 - 2 df) / f,     d²f = f dq1² + o d²q1 + 2 do dq1.
+How values, slopes and second differentials are enclosed is derived in docs/method.md, section 7.2.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ and q6. The triangle ends where the hand begins,
 
     X = f - (hx cos p + hy sin p) - shoulder_x,   Y = height - (hy cos p - hx sin p) - shoulder_y,
 
-with (hx, hy) the hand at p = 0, and ``q4 = p - (q2 + q3)`` up to the senses of the axes.
+with (hx, hy) the hand at p = 0, and ``q4 = p - (q2 + q3)`` up to the senses of the axes (docs/method.md, section 7.5).
 """
 
 from __future__ import annotations
@@ -257,7 +257,10 @@ class Kinematics:
         return np.stack([place, triangle, triangle, wrist & triangle, wrist, wrist])
 
     def bending(self, angles: Angles, slopes: AngleSlopes, half: Floats) -> Floats:
-        """(6, N, m) rad, largest second differential of the joint values for steps of at most ``half`` (N, K) m."""
+        """(6, N, m) rad, largest second differential of the joint values for steps of at most ``half`` (N, K) m.
+
+        The steps of docs/method.md, section 7.5, in their order.
+        """
         form = self.targets.form
 
         def largest(slope: Ball) -> Floats:
@@ -268,22 +271,22 @@ class Kinematics:
         upper, fore = largest(slopes.triangle.upper), largest(slopes.triangle.fore)
         own = slopes.rates.bending(*(largest(slope) for slope in slopes.wrist))
         by_first, by_pitch, by_both = self._wrist_rates(slopes.rates, angles)
-        first_2, front_2 = front_bending(self.targets, angles.place, first, front, half)
-        if self.spherical:
+        first_2, front_2 = front_bending(self.targets, angles.place, first, front, half)  # step 1
+        if self.spherical:  # step 2
             upper_2, fore_2 = triangle_bending(form.planar, angles.triangle, upper, fore, front_2, np.zeros(1))
             wrist_2 = [
                 q + one.size * first_2 + other.size * fore_2 + both.size * first * fore
                 for q, one, other, both in zip(own, by_first, by_pitch, by_both, strict=True)
             ]
             fourth_2 = wrist_2[0]
-        else:
+        else:  # step 3
             wrist_2 = [q + one.size * first_2 for q, one in zip(own, by_first, strict=True)]
             (hx, hy), (cos, sin), turn = form.planar.hand, cos_sin(angles.turn), largest(slopes.wrist[0])
             out, up = (cos * hx + sin * hy).size, (cos * hy - sin * hx).size
             dx, dy = front_2 + up * wrist_2[0] + out * turn**2, out * wrist_2[0] + up * turn**2
             upper_2, fore_2 = triangle_bending(form.planar, angles.triangle, upper, fore, dx, dy)
             fourth_2 = wrist_2[0] + fore_2
-        return np.stack([first_2, upper_2, upper_2 + fore_2, fourth_2, *wrist_2[1:]])
+        return np.stack([first_2, upper_2, upper_2 + fore_2, fourth_2, *wrist_2[1:]])  # step 4
 
 
 def _turned_level(vectors: Floats, angle: Floats) -> Floats:

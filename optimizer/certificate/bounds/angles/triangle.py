@@ -9,19 +9,8 @@ sense, the bearings of upper arm and forearm are
 where inner and outer are the triangle's angles at its two ends, ``cos ε = (ρ² - a² - b²) / 2ab``,
 ``cos inner = (ρ² + a² - b²) / 2aρ``, ``cos outer = (ρ² + b² - a²) / 2bρ``.
 
-*Values.* ρ ranges between the distances of the rectangle's nearest and farthest point, cut to [|a - b|, a + b]; β is
-bounded by the corners. ε falls with ρ. ``cos inner`` has its minimum at ρ² = a² - b² (where ``sin inner = b/a``) if
-a > b and grows with ρ else; outer likewise with a and b exchanged. The arc cosines are as exact as ρ is: what rounding
-does to it is in the rectangle (`allowance`).
-
-*Slopes.* From (X, Y) = a (sin A, cos A) + b (sin B, cos B), a linear 2x2 system with determinant ab sin(A - B):
-
-    dA = (sin B dX + cos B dY) / (a sin kε),     dB = -(sin A dX + cos A dY) / (b sin kε).
-
-*Bending.* Differentiating once more along the same line gives the same system with other right sides:
-
-    d²A =  (sin B d²X + cos B d²Y + a cos ε dA² + b dB²) / (a sin kε),
-    d²B = -(sin A d²X + cos A d²Y + a dA² + b cos ε dB²) / (b sin kε).
+The arc cosines are as exact as ρ is: what rounding does to it is in the rectangle (`allowance`). How values, slopes and
+second differentials are enclosed is derived in docs/method.md, section 7.3.
 """
 
 from __future__ import annotations

@@ -13,25 +13,9 @@ The first angle is the azimuth about a (from t to b) of axis 6, seen from the li
 Rot(h5, q5) h6, which is ``atan2(c6 s4 - s6 c4 cos q̂, s6 sin q̂)``; q6 is, with the other sign, the same seen from the
 tool: 4 and 6 exchanged, t replaced by -t.
 
-*Values.* Over a box the direction of axis 6 seen from the link before the wrist stays within an angle δ of the one
-in the middle. So Θ moves by at most δ, and the azimuth by at most ``asin(sin δ / sin Θ)`` as long as the cap of
-directions leaves out ±a; else by anything. Likewise for the direction of a seen from the tool.
-
-*Slopes.* Let ω be the rate of turn before the wrist; the three rates have to cancel it. With ωa, ωt, ωb its
-components on a, t, b, q the first angle, ``τ = cos q ωt + sin q ωb`` and ``κ = cos q ωb - sin q ωt`` (components on
-the turned t and b), Cramer's rule gives
-
-    dq   = (cot q̂ τ + c4 κ)/s4 - ωa,
-    dq5  = -κ/s4 + (c6/s6 - (c4/s4) cos q̂) τ / sin q̂,
-    dq6  = -τ / (s6 sin q̂).
-
-*Bending.* Differentiating once more along the same line, with ``d τ = κ dq``, ``d κ = -τ dq`` for the turn by q, the
-change of ω enters through the same rule, and what comes on top is, with g = c6/s6 - (c4/s4) cos q̂ and the identities
-``τ = -s6 sin q̂ dq6``, ``κ = -s4 (dq5 + g s6 dq6)``,
-
-    d²q  : (s6 dq5 dq6 / sin q̂ + cot q̂ κ dq + c4 s6 sin q̂ dq6 dq) / s4,
-    d²q5 : -s6 sin q̂ dq6 dq / s4 - (c4/s4 - g cot q̂ / sin q̂) s6 sin q̂ dq5 dq6 + g κ dq / sin q̂,
-    d²q6 : -(κ dq / sin q̂ + s6 cot q̂ dq5 dq6) / s6.
+With ωa, ωt, ωb the components on a, t, b of the rate of turn before the wrist and q the first angle,
+τ = cos q ωt + sin q ωb and κ = cos q ωb - sin q ωt are those on the turned t and b. How values, slopes (rates that
+cancel ω) and second differentials are enclosed is derived in docs/method.md, section 7.4.
 """
 
 from __future__ import annotations

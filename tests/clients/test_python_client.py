@@ -157,3 +157,15 @@ def test_many_layouts_are_sent_at_once_and_waited_for(generated: Path, server: S
     fewer = replace(LOOP, text=LOOP.text.replace("range(50)", "range(4)"))
     written = run_block(fewer, generated, server, tmp_path)
     assert re.fullmatch(r"\d+ mm high \d+\.\d\n", written), written
+
+
+def test_a_task_file_is_sent_and_read(client: Any) -> None:
+    models, types = part("models"), part("types")
+    with (ROOT / "examples" / "tasks" / "seam.csv").open("rb") as file:
+        sent = types.File(payload=file, file_name="seam.csv")
+        body = models.TaskUpload(file=sent, tolerance=0.005, angle_tolerance=0.2)  # this server takes few poses
+        found = part("api.tasks.import_task").sync(client=client, body=body)
+    assert isinstance(found, models.ImportedTask), found
+    assert (found.understood.units, found.understood.rotation, found.understood.read) == ("mm", "rpy_deg", 41)
+    assert len(found.task.poses) == found.understood.kept < 41
+    assert found.task.poses[0].position == pytest.approx([0.7, 0.3, 0.12])

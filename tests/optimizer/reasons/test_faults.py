@@ -53,6 +53,7 @@ def path_of(*classes: ClassClearance, breaks: tuple[Break, ...] = (), worst: Lim
             0.006,
         ),
         (-0.0123, 0.0, "penetrate by 12.3 mm between poses 2 and 3 (50 % of the way)", 0.0123),
+        (0.00006, 0.01, "come within 0.1 mm of each other between", 0.00994),
         (0.00004, 0.01, "touch between", 0.00996),
         (-0.00004, 0.0, "touch between", 0.00004),
     ],
@@ -63,6 +64,7 @@ def test_a_pair_that_is_too_near_is_told_with_what_is_missing(
     (reason,) = path_faults(CELL, path_of(near(PairClass.ARM_OBSTACLE, distance, required)))
     assert (reason.arm, reason.kind, reason.poses, reason.unit) == ("right", "collision", (2, 3), "m")
     assert reason.detail.startswith(f"crate and hand {words}")
+    assert ("asked for" in reason.detail) == (required > 0.0)
     assert reason.amount == pytest.approx(amount)
 
 
@@ -99,7 +101,8 @@ def test_a_base_on_floor_that_is_not_free_is_told_the_shortest_way_off_it() -> N
     assert reason.amount == pytest.approx(0.4)
     assert "reach 0.400 m into forbidden 0; moving it that far along (1.00, 0.00) frees it" in reason.detail
     assert floor_faults(cell, [places[0] + [0.4 + 1e-9, 0.0, 0.0, 0.0], places[1]]) == ()
-    assert floor_faults(CELL, places) == ()
+    for anywhere in (CELL, replace(CELL, surroundings=Surroundings(floor=Floor()))):
+        assert floor_faults(anywhere, places) == ()
 
 
 @pytest.mark.parametrize(
@@ -164,6 +167,7 @@ def test_an_arm_that_keeps_all_rules_has_no_fault_and_one_in_another_posture_has
     arm = replace(CELL.arms[0], avoid_singularities=False)
     just = replace(KEPT, position_error=POSITION, orientation_error=ORIENTATION, posture=SIDE)
     assert arm_faults(CELL, arm, AT_HOME, just) == ()
+    assert arm_faults(CELL, arm, replace(AT_HOME, signs=None), just) == ()
     (reason,) = arm_faults(CELL, replace(arm, posture=Posture(shoulder=-1)), AT_HOME, just)
     assert reason.detail == "left: this is not the posture asked for"
     (unknown,) = arm_faults(CELL, arm, AT_HOME, replace(KEPT, limits=1.0))

@@ -168,6 +168,9 @@ def test_what_is_wrong_is_told_by_the_label_of_its_row_in_metres_or_radians(
     [
         (lambda: SameHeight((0,)), "needs 2 or more arms, got 1"),
         (lambda: Distance((0, 1, 2)), "needs 2 arms, got 3"),
+        (lambda: Mirror((0, 1, 2), (0.0, 0.0), 0.0), "needs 2 arms, got 3"),
+        (lambda: Mirror((0,), (0.0, 0.0), 0.0), "needs 2 arms, got 1"),
+        (lambda: Direction((0, 1, 2), 0.0), "needs 2 arms, got 3"),
         (lambda: Direction((1, 1), 0.0), "cannot be coupled with itself"),
         (lambda: Rail((), 0.0, (0.0, 0.0)), "needs 1 or more arms, got 0"),
         (lambda: Distance((0, 1), 2.0, 1.0), "between 2 m and 1 m"),

@@ -22,7 +22,7 @@ import numpy as np
 from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import transform
 from duocell.models.geometry.shapes import Body, Capsule, Sphere
-from duocell.models.kinematics.kinematics import reach
+from duocell.models.kinematics.kinematics import carriage_ends, reach
 from duocell.models.robot.robot import Robot
 
 AT_BASE, AT_FLANGE = 0.085, 0.04
@@ -94,7 +94,9 @@ def _data() -> dict[str, Any]:
 
 
 def estimated_radius(robot: Robot, link: int) -> float:
-    """Radius [m] that the rule gives a link (0 to n)."""
+    """Radius [m] that the rule gives a link (0 to n); the rail of a linear axis is as thick as the arm's own base."""
+    if robot.carried is not None:
+        return estimated_radius(robot.carried, max(link - 1, 0))
     return reach(robot) * (AT_BASE + (AT_FLANGE - AT_BASE) * link / robot.dof)
 
 
@@ -111,7 +113,7 @@ def estimated_bodies(robot: Robot) -> tuple[LinkBody, ...]:
             segments[0] = _drawn_in(segments[0], radius)
         if link == extended[-1]:
             segments[-1] = _drawn_in(segments[-1][::-1], radius)[::-1]
-        rule = f"estimated from the reach ({reach(robot):.2f} m)"
+        rule = f"estimated from the reach ({reach(robot.carried or robot):.2f} m)"
         bodies += [LinkBody(link, _capsule(link, ends, radius), "estimated", rule) for ends in segments]
     return tuple(bodies)
 
@@ -119,8 +121,10 @@ def estimated_bodies(robot: Robot) -> tuple[LinkBody, ...]:
 def skeleton(robot: Robot, link: int) -> Floats:
     """Corners (k, 3) [m] of a link's centre line in its frame, from its joint or the base to the next or the flange.
 
-    One point only where the two coincide.
+    One point only where the two coincide. Link 0 of an arm on a linear axis is the rail, from end to end of its travel.
     """
+    if link == 0 and robot.slides:
+        return carriage_ends(robot)
     n = robot.dof
     place = robot.joint_placements[link] if link < n else robot.flange_placement @ robot.flange()
     end = place[:3, 3]
@@ -128,7 +132,7 @@ def skeleton(robot: Robot, link: int) -> Floats:
     if length < 1e-6:
         return np.zeros((1, 3))
     straight = np.array([np.zeros(3), end])
-    if link == 0:
+    if link == 0 or robot.prismatic[link - 1]:
         return straight
     axis = robot.joint_axes[link - 1]
     after = place[:3, :3] @ robot.joint_axes[link] if link < n else axis

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from math import pi
+from math import inf, pi
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from duocell.models.cell.pose_freedom import PoseFreedom, pose_freedom
 from duocell.models.cell.surroundings import Surroundings
 from duocell.models.cell.task import Task
 from duocell.models.robot.arm import Arm
+from duocell.models.robot.robot import Robot
 
 DEFAULT_MAX_JOINT_STEP = pi / 2
 
@@ -27,11 +28,12 @@ class Cell:
     Attributes:
         task: object poses.
         arms: one or more, names unique.
-        max_joint_step: rad, largest change of any joint between consecutive poses; at most π, so that no step can
-            hide a 2π jump.
+        max_joint_step: rad, largest change of any revolute joint between consecutive poses; at most π, so that no
+            step can hide a 2π jump.
         name: label given by the user.
         surroundings: obstacles, part, floor, equipment of the arms, and the distances to keep.
         couplings: ties between the bases.
+        max_prismatic_step: m, the same of prismatic joints; infinite: as far as they go.
 
     Raises:
         InvalidInput: two arms have the same name; answers could not tell them apart.
@@ -43,6 +45,7 @@ class Cell:
     name: str = ""
     surroundings: Surroundings = field(default_factory=Surroundings)
     couplings: tuple[Coupling, ...] = ()
+    max_prismatic_step: float = inf
 
     def __post_init__(self) -> None:
         names = [arm.name for arm in self.arms]
@@ -90,6 +93,10 @@ class Cell:
             targets: Floats = self.task.poses @ self.held(arm) @ inverse(arm.tool)
             return targets
         return self.freedom(arm).targets(values)
+
+    def step_limits(self, robot: Robot) -> Floats:
+        """(n,) rad or m, largest change of each joint between consecutive poses."""
+        return np.where(robot.prismatic, self.max_prismatic_step, self.max_joint_step)
 
     def alone(self, segment: int) -> Cell:
         """The same cell with one segment of the task only."""

@@ -11,11 +11,14 @@ The rule (docs/robots.md states it for users):
 - The base is the first link of the arm: not ``world`` and its like, not what another arm of the file hangs on too; and
   ``base_link`` where that is one of several.
 - Of several arms the first by name is taken.
+- A prismatic joint below an arm is left out, and told with the alternatives: a linear axis belongs to the arm where the
+  user calls a link below it the base, and it is the first joint from there.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -82,8 +85,8 @@ def choose_chain(tree: LinkTree, base_link: str | None = None, tip: str | None =
         base_link: link that the user calls the base. tip: link that he calls the flange.
 
     Raises:
-        InvalidRobot: unknown links, a tip that does not hang on the base, sliding or mimicking joints between them, or
-            not 6 or 7 turning joints; pointer ``/base_link`` or ``/tip``.
+        InvalidRobot: unknown links, a tip that does not hang on the base, joints between them that mimic, or slide but
+            are not the first, or not 6 or 7 joints; pointer ``/base_link`` or ``/tip``.
     """
     for name, what in ((base_link, "base_link"), (tip, "tip")):
         if name is not None and name not in tree.above and name != tree.root:
@@ -115,9 +118,15 @@ def _tips(tree: LinkTree, base_link: str | None) -> list[str]:
         chain = _arm_chain(tree, link, base_link)
         if chain is None or len(chain) not in JOINT_COUNTS:
             continue
-        if not _moves_tool(tree, chain) and not _goes_on(tree, chain):
+        turning = tuple(_after_axis(chain))
+        if not _moves_tool(tree, turning) and not _goes_on(tree, turning):
             found.append(link)
     return found
+
+
+def _after_axis(joints: Sequence[Joint]) -> Sequence[Joint]:
+    """Joints without the linear axis that carries the others, if they begin with one."""
+    return joints[1:] if joints and joints[0].slides else joints
 
 
 def _goes_on(tree: LinkTree, chain: tuple[Joint, ...]) -> bool:
@@ -132,7 +141,7 @@ def _arm_chain(tree: LinkTree, link: str, base_link: str | None) -> tuple[Joint,
     """The turning joints of a link that belong to its own arm; None if it does not hang on the user's base."""
     if base_link is not None:
         way = _joints_between(tree, base_link, link)
-        return None if way is None or any(joint.fault for joint in way) else tuple(way)
+        return None if way is None or any(joint.fault for joint in _after_axis(way)) else tuple(way)
     chain = tree.chain(link)
     shared = max((k for k in range(len(chain)) if _forks(tree, chain, k)), default=-1)
     return chain[shared + 1 :]
@@ -262,20 +271,25 @@ def _between(tree: LinkTree, base: str, tip: str) -> list[Joint]:
 
 def _check(tree: LinkTree, base: str, tip: str, joints: list[Joint]) -> None:
     """Refuse chains with joints that are no plain turning joints, and those without inverse kinematics."""
-    for joint in joints:
+    for joint in _after_axis(joints):
         if joint.fault:
             raise InvalidRobot(
-                f"joint {joint.name} on the way to {tip} {joint.fault}; "
-                "only revolute and continuous joints are supported. Name a tip in front of it.",
+                f"joint {joint.name} on the way to {tip} {joint.fault}; only revolute and continuous joints are "
+                "supported, and a prismatic one as the first, a linear axis. Name a tip in front of it.",
                 "/tip",
             )
     if len(joints) not in JOINT_COUNTS:
         names = ", ".join(joint.name for joint in joints) or "none"
         raise InvalidRobot(
-            f"the chain from {base} to {tip} has {len(joints)} turning joints ({names}); arms of 6 or 7 are supported. "
+            f"the chain from {base} to {tip} has {len(joints)} {_what(joints)} ({names}); arms of 6 or 7 are "
+            "supported. "
             f"Name base link and tip of an arm; the links are {_listed(tree)}.",
             "/tip",
         )
+
+
+def _what(joints: Sequence[Joint]) -> str:
+    return "joints with its linear axis" if joints and joints[0].slides else "turning joints"
 
 
 def _listed(tree: LinkTree) -> str:
@@ -329,11 +343,21 @@ def _alternatives(tree: LinkTree, base: str, tip: str, ends: list[str]) -> tuple
         if len(joints) in JOINT_COUNTS and joints[0].name not in first:
             first |= {joint.name for joint in joints}
             found.append(_alternative(_base(tree, link, ends), link, list(joints), "another arm of the file"))
+    axis = _axis_below(tree, base, chosen)
+    if axis is not None:
+        found.append(_alternative(axis.parent, tip, [axis, *chosen], "the arm with the linear axis that carries it"))
     if len(chosen) + 1 in JOINT_COUNTS:
         behind = [joint for joint in tree.movers(tip) if joint not in chosen and not joint.fault]
         reason = "its last joint was taken for a tool's"
         found += [_alternative(base, joint.child, [*chosen, joint], reason) for joint in behind]
     return tuple(found)
+
+
+def _axis_below(tree: LinkTree, base: str, joints: list[Joint]) -> Joint | None:
+    """The linear axis on which an arm stands without having it, if it has room for one joint more."""
+    axis = tree.above.get(tree.rigid(base))
+    fits = bool(joints) and not joints[0].slides and len(joints) + 1 in JOINT_COUNTS
+    return axis if fits and axis is not None and axis.slides else None
 
 
 def _alternative(base: str, tip: str, joints: list[Joint], reason: str) -> Alternative:

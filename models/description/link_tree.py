@@ -20,6 +20,7 @@ class Joint:
         name: its name. parent: link above. child: link below.
         fault: why it cannot be part of an arm, or "".
         fixed: it does not move.
+        slides: it is prismatic, and nothing else is wrong with it: a linear axis may carry an arm.
     """
 
     name: str
@@ -27,6 +28,7 @@ class Joint:
     child: str
     fault: str
     fixed: bool
+    slides: bool = False
 
     @property
     def moves(self) -> bool:
@@ -128,7 +130,8 @@ def _joint(element: ElementTree.Element) -> Joint:
         fault = "follows another joint (mimic)"
     elif kind not in (*TURNING, "fixed"):
         fault = f"is {kind}"
-    return Joint(element.get("name", ""), parent, child, fault, kind == "fixed" and not fault)
+    slides = kind == "prismatic" and element.find("mimic") is None
+    return Joint(element.get("name", ""), parent, child, fault, kind == "fixed" and not fault, slides)
 
 
 def _from_the_root(tree: LinkTree) -> list[str]:

@@ -25,6 +25,7 @@ from duocell.models.description.urdf_file import build_model, read_document
 from duocell.models.kinematics.kinematics import chain
 from duocell.models.kinematics.nominal import as_drawn
 from duocell.models.robot.arm import TURN
+from duocell.models.robot.joint import JointKind
 from duocell.models.robot.robot import Robot
 
 
@@ -52,8 +53,9 @@ def robot_from_urdf(path: Path | str, base_link: str | None = None, tip: str | N
         tip: link that becomes the flange frame; default: likewise.
 
     Raises:
-        InvalidRobot: unreadable file, no valid URDF, unknown links, a chain with sliding, mimicking or other
-            unsupported joints, not 6 or 7 joints, joints without range, or a geometry that is singular everywhere.
+        InvalidRobot: unreadable file, no valid URDF, unknown links, a chain with mimicking or other unsupported joints,
+            sliding ones other than a linear axis in front, not 6 or 7 joints, joints without
+            range, or a geometry that is singular everywhere.
     """
     file = Path(path)
     document = read_document(file)
@@ -108,8 +110,10 @@ def _robot(document: ElementTree.Element, file: str, model: Any, way: _Path, cho
             )
     placements[0] = inverse(model.frames[way.base].placement.homogeneous) @ placements[0]
     _check_lengths(model, way, [*placements, model.frames[way.tip].placement.homogeneous])
-    lower, upper = _limits(model, document, way.joints)
-    limit_warnings = _in_degrees(way, model, lower, upper)
+    kinds = _kinds(model, document, way.joints)
+    lower, upper = _limits(model, document, way.joints, kinds)
+    turning = np.array([kind is JointKind.REVOLUTE for kind in kinds])
+    limit_warnings = _in_degrees(way, model, np.where(turning, lower, np.nan), np.where(turning, upper, np.nan))
     names = tuple(model.names[joint] for joint in way.joints)
     ends = choice.base_link, choice.tip
     fields: dict[str, Any] = {
@@ -125,6 +129,7 @@ def _robot(document: ElementTree.Element, file: str, model: Any, way: _Path, cho
         "title": name,
         "source": f"URDF file {file}",
         "licence": "see source",
+        "joint_kinds": kinds,
         "notes": (
             f"The chain from {ends[0]} to {ends[1]} over {', '.join(names)}. {choice.reason}",
             *choice.left_out,
@@ -162,25 +167,41 @@ def _check_lengths(model: Any, way: _Path, placements: Sequence[Floats]) -> None
             )
 
 
-def _limits(model: Any, document: ElementTree.Element, joints: tuple[int, ...]) -> tuple[Floats, Floats]:
-    """(n,) lower and (n,) upper limits [rad]; infinite for continuous joints."""
+def _kinds(model: Any, document: ElementTree.Element, joints: tuple[int, ...]) -> tuple[JointKind, ...]:
+    """Which joints turn and which shift."""
+    types = {joint.get("name"): joint.get("type") for joint in document.findall("joint")}
+    shifts = [types[model.names[joint]] == "prismatic" for joint in joints]
+    return tuple(JointKind.PRISMATIC if one else JointKind.REVOLUTE for one in shifts)
+
+
+def _limits(
+    model: Any, document: ElementTree.Element, joints: tuple[int, ...], kinds: Sequence[JointKind]
+) -> tuple[Floats, Floats]:
+    """(n,) lower and (n,) upper limits [rad or m]; infinite for continuous joints."""
     lower, upper = np.full(len(joints), -inf), np.full(len(joints), inf)
     elements = {joint.get("name"): joint.find("limit") for joint in document.findall("joint")}
     for i, joint in enumerate(joints):
         if model.joints[joint].nq != 1:
             continue  # continuous: Pinocchio keeps cosine and sine
-        index, name = model.joints[joint].idx_q, model.names[joint]
+        index, name, unit = model.joints[joint].idx_q, model.names[joint], kinds[i].unit
         lower[i], upper[i] = model.lowerPositionLimit[index], model.upperPositionLimit[index]
         limit = elements.get(name)
         missing = [bound for bound in ("lower", "upper") if limit is None or limit.get(bound) is None]
         if not lower[i] < upper[i]:
             what = f"has no {' and no '.join(missing)}, which then counts as 0" if missing else "leaves it no range"
+            endless = ', or make it type="continuous" if it turns without end' if unit == "rad" else ""
             raise InvalidRobot(
-                f"the <limit> of joint {name} {what} ({lower[i]:g} to {upper[i]:g} rad). Give both bounds, lower below "
-                'upper, or make it type="continuous" if it turns without end.',
+                f"the <limit> of joint {name} {what} ({lower[i]:g} to {upper[i]:g} {unit}). Give both bounds, lower "
+                f"below upper{endless}.",
                 f"/joints/{name}",
             )
-        if max(-lower[i], upper[i]) > MAX_ANGLE:
+        if unit == "m" and max(-lower[i], upper[i]) > MAX_LENGTH:
+            raise InvalidRobot(
+                f"limits {lower[i]:g} to {upper[i]:g} m of joint {name} go beyond {MAX_LENGTH:g} m. Lengths are "
+                "metres.",
+                f"/joints/{name}",
+            )
+        if unit == "rad" and max(-lower[i], upper[i]) > MAX_ANGLE:
             raise InvalidRobot(
                 f"limits {lower[i]:g} to {upper[i]:g} rad of joint {name} go beyond {MAX_ANGLE:.4g} rad. Limits are "
                 'radians; a joint that turns without end has type="continuous".',

@@ -26,7 +26,7 @@ MOST_LINKS = 1000
 """Of a file; a humanoid with hands has a tenth of that."""
 
 KINDS = ("revolute", "continuous", "fixed", "prismatic", "floating", "planar")
-"""Types of joints that a URDF may have; arms consist of the first three."""
+"""Types of joints that a URDF may have; arms consist of the first three, and may stand on one of the fourth."""
 
 _NUMBERS = (
     ("origin", "xyz", 3),

@@ -100,8 +100,8 @@ class Arm:
         grasp: (4, 4) TCP in the object frame, T_C^H of the source.
         grasps: (segments, 4, 4) the same for each segment of the task, or None where ``grasp`` holds for all of them.
         base: where the base may stand.
-        lower: (n,) rad limits in force; ``-inf`` for a joint without end. upper: (n,) likewise.
-        reference: (n,) rad, q* of the objective (8.21).
+        lower: (n,) rad or m, limits in force; ``-inf`` for a joint without end. upper: (n,) likewise.
+        reference: (n,) rad or m, q* of the objective (8.21).
         weights: (n,) w of the objective; 0 for joints without limits.
         posture: signs the user insists on; None entries are free.
         min_conditioning: smallest allowed σmin/σmax of the Jacobian along the path, or None.
@@ -191,6 +191,12 @@ class Arm:
         """Names of what is `bounded`."""
         return self.robot.joint_names + (() if self.linear_limits is None else self.linear_limits.names)
 
+    @property
+    def bounded_units(self) -> tuple[str, ...]:
+        """Units of what is `bounded`; linear limits are about joints that turn."""
+        rows = 0 if self.linear_limits is None else len(self.linear_limits)
+        return tuple(kind.unit for kind in self.robot.joint_kinds) + rows * ("rad",)
+
     def limit_excess(self, joints: Floats) -> Floats:
         """(..., n + k) rad by which what is `bounded` lies beyond its limits; negative: what is left."""
         bounded = self.bounded(joints)
@@ -226,7 +232,7 @@ def range_weights(lower: Floats, upper: Floats) -> Floats:
     """Weights (8.8) of the source: ``w_i = (max_k range_k)² / range_i²``; 0 for joints without limits.
 
     Args:
-        lower: (n,) rad. upper: (n,) rad; infinite where the joint turns without end.
+        lower: (n,) rad or m. upper: (n,) likewise; infinite where the joint turns without end.
 
     Returns:
         (n,) dimensionless.

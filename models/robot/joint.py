@@ -150,3 +150,8 @@ def moved_by(prismatic: Bools, axes: Floats, levers: Floats) -> Floats:
     """
     turned: Floats = np.cross(axes, levers)
     return np.where(prismatic[..., None], axes, turned) if np.any(prismatic) else turned
+
+
+def in_words(amount: float, unit: str, digits: int = 2) -> str:
+    """An amount for a person: degrees where it is in rad, else millimetres with a digit less."""
+    return f"{np.degrees(amount):.{digits}f}°" if unit == "rad" else f"{1e3 * amount:.{max(digits - 1, 0)}f} mm"

@@ -70,7 +70,8 @@ class LimitExcess:
     Attributes:
         arm: its name. joint: name of the joint, or of a linear limit.
         pose: index of the pose before. fraction: of the way to the next pose.
-        amount: rad beyond the limit; negative: what is left.
+        amount: beyond the limit, in ``unit``; negative: what is left.
+        unit: rad, or m of a joint that shifts.
     """
 
     arm: str
@@ -78,6 +79,7 @@ class LimitExcess:
     pose: int
     fraction: float
     amount: float
+    unit: str = "rad"
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +171,7 @@ def _worst_limit(cell: Cell, check: ContinuousCollisionCheck) -> LimitExcess:
         excess = arm.limit_excess(q)
         k, i = np.unravel_index(int(np.argmax(excess)), excess.shape)
         place = int(check.step[k]), float(check.fraction[k])
-        worst.append(LimitExcess(arm.name, arm.bounded_names[i], *place, float(excess[k, i])))
+        worst.append(LimitExcess(arm.name, arm.bounded_names[i], *place, float(excess[k, i]), arm.bounded_units[i]))
     return max(worst, key=lambda one: one.amount)
 
 

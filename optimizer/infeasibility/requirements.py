@@ -144,7 +144,7 @@ def _requirements(cell: Cell) -> Iterator[Requirement]:
     if around.floor is not None:
         yield Requirement(Kind.FLOOR)
     yield from (Requirement(Kind.COUPLING, k) for k in range(len(cell.couplings)))
-    if cell.max_joint_step < pi:
+    if cell.max_joint_step < pi or cell.max_prismatic_step < inf:
         yield Requirement(Kind.STEP)
 
 
@@ -174,6 +174,7 @@ def restricted(cell: Cell, selection: Selection) -> Cell:
         part,
         arms=tuple(_relaxed(part, a, chosen) for a in arms),
         max_joint_step=cell.max_joint_step if Requirement(Kind.STEP) in chosen else pi,
+        max_prismatic_step=cell.max_prismatic_step if Requirement(Kind.STEP) in chosen else inf,
         surroundings=_surroundings(cell.surroundings, chosen),
         couplings=_among(couplings, arms),
     )

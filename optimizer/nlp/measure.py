@@ -17,13 +17,14 @@ from duocell.models.kinematics.nominal import posture_form, singular_fifth
 from duocell.models.kinematics.wrist_singularity import wrist_distance
 from duocell.models.robot.arm import Arm
 from duocell.models.robot.posture import name_signs
+from duocell.models.robot.robot import Robot
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.results.layout import SegmentShare
 from duocell.optimizer.results.placement import Placement
 
 
 def joint_margins(arm: Arm, joints: Floats) -> Floats:
-    """(n,) rad, smallest distance of each joint (m, n) to its limits; infinite for joints without limits."""
+    """(n,) rad or m, smallest distance of each joint (m, n) to its limits; infinite for joints without limits."""
     margins: Floats = np.minimum(np.min(joints, axis=0) - arm.lower, arm.upper - np.max(joints, axis=0))
     return margins
 
@@ -34,9 +35,20 @@ def linear_margins(arm: Arm, joints: Floats) -> tuple[tuple[str, float], ...]:
     return tuple(zip(arm.bounded_names[arm.dof :], map(float, margins), strict=True))
 
 
-def largest_step(task: Task, joints: Floats) -> float:
-    """rad, largest change of any joint (m, n) between consecutive poses of a segment."""
-    return float(np.max(np.abs(np.diff(joints, axis=0)[task.joined]), initial=0.0))
+def largest_steps(task: Task, joints: Floats) -> Floats:
+    """(n,) rad or m, largest change of each joint (m, n) between consecutive poses of a segment."""
+    steps: Floats = np.max(np.abs(np.diff(joints, axis=0)[task.joined]), axis=0, initial=0.0)
+    return steps
+
+
+def largest_step(task: Task, robot: Robot, joints: Floats) -> float:
+    """rad, largest change of any revolute joint (m, n) between consecutive poses of a segment."""
+    return float(np.max(largest_steps(task, joints), where=~robot.prismatic, initial=0.0))
+
+
+def step_excess(cell: Cell, arm: Arm, joints: Floats) -> float:
+    """rad or m, by how much a step of some joint (m, n) is longer than it may be; negative: what is left."""
+    return float(np.max(largest_steps(cell.task, joints) - cell.step_limits(arm.robot)))
 
 
 def objective_of(task: Task, arm: Arm, joints: Floats) -> float:
@@ -70,11 +82,12 @@ def placed(cell: Cell, arm: Arm, point: ArmSolution) -> Placement:
         posture=None if form is None else name_signs(point.signs or path_signs(form, point.joints)),
         objective=objective_of(cell.task, arm, point.joints),
         joint_margins=margins,
-        minimum_margin=float(np.min(margins)),
+        minimum_margin=float(np.min(margins, where=~arm.robot.prismatic, initial=np.inf)),
         minimum_conditioning=float(np.min(conditioning(arm.robot, arm.tool, point.joints, length))),
         characteristic_length=length,
         singularity_distances={} if form is None else _singularity_distances(arm, form, point.joints),
         mount=arm.mount,
+        joint_kinds=arm.robot.joint_kinds,
         avoids_singularities=arm.avoid_singularities,
         linear_margins=linear_margins(arm, point.joints),
         mounting_face=None if arm.robot.mounting_face is None else arm.robot.mounting_face.pose,

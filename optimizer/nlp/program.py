@@ -163,7 +163,7 @@ def build_program(
         rows_lower.append(part.rows_lower)
         rows_upper.append(part.rows_upper)
         if steps:
-            allowed = np.append(np.full(arms[index].dof, cell.max_joint_step), freedoms[index].steps)
+            allowed = np.append(cell.step_limits(arms[index].robot), freedoms[index].steps)
             most = np.where(cell.task.joined[:, None], allowed, np.inf).ravel()
             rows_lower.append(-most)
             rows_upper.append(most)

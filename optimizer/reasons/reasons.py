@@ -15,6 +15,7 @@ from duocell.models.kinematics.chain import chain_of
 from duocell.models.kinematics.kinematics import characteristic_length
 from duocell.models.kinematics.wrist_singularity import wrist_shortfall
 from duocell.models.robot.arm import SINGULAR_WRIST, Arm
+from duocell.models.robot.joint import in_words
 from duocell.optimizer.reduction.box import reach_windows, search_box
 from duocell.optimizer.reduction.layers import LayeredPath
 from duocell.optimizer.reduction.reduced import ReducedProblem, evaluate_signed, reduced_problem, seen_from
@@ -277,22 +278,26 @@ def explain_path(
     for i in np.argsort(-np.max(beyond, axis=0)):
         poses = first + np.flatnonzero(beyond[:, i] > 1e-9)
         if len(poses):
-            amount, name = float(np.max(beyond[:, i])), arm.bounded_names[i]
-            excess = f"{np.degrees(amount):.2f}°"
+            amount, name, unit = float(np.max(beyond[:, i])), arm.bounded_names[i], arm.bounded_units[i]
+            excess = in_words(amount, unit)
             detail = f"{arm.name}: {where} {name} is beyond its limit by up to {excess} at {_poses(poses)}"
-            reasons.append(Reason(arm.name, "joint_limit", tuple(map(int, poses)), detail, name, amount, "rad"))
+            reasons.append(Reason(arm.name, "joint_limit", tuple(map(int, poses)), detail, name, amount, unit))
     reasons += _singular(arm, joints, where, first)
-    steps = np.abs(np.diff(joints, axis=0)) - np.where(cell.task.joined, cell.max_joint_step, np.inf)[:, None]
+    limits = np.where(cell.task.joined[:, None], cell.step_limits(arm.robot), np.inf)
+    steps = np.abs(np.diff(joints, axis=0)) - limits
     for i in np.argsort(-np.max(steps, axis=0, initial=0.0)):
         poses = first + np.flatnonzero(steps[:, i] > 1e-9) + 1
         if len(poses):
             amount, name = float(np.max(steps[:, i])), arm.robot.joint_names[i]
-            detail = (
-                f"{arm.name}: {where} {name} would have to turn {np.degrees(amount):.1f}° more than max_joint_step "
-                f"allows on the way to {_poses(poses)}: the path passes a singularity; add poses there, or move or "
-                "turn the task"
+            unit = arm.bounded_units[i]
+            move, why = (
+                ("turn", "the path passes a singularity") if unit == "rad" else ("go", "the poses are far apart")
             )
-            reasons.append(Reason(arm.name, "joint_step", tuple(map(int, poses)), detail, name, amount, "rad"))
+            detail = (
+                f"{arm.name}: {where} {name} would have to {move} {in_words(amount, unit, 1)} more than max_joint_step "
+                f"allows on the way to {_poses(poses)}: {why}; add poses there, or move or turn the task"
+            )
+            reasons.append(Reason(arm.name, "joint_step", tuple(map(int, poses)), detail, name, amount, unit))
     return tuple(reasons)
 
 

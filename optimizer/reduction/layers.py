@@ -10,10 +10,11 @@ the arm has postures.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from duocell.models.base.arrays import Floats
+from duocell.models.base.arrays import Bools, Floats
 from duocell.models.base.pose import inverse
 from duocell.models.cell.cell import Cell
 from duocell.models.kinematics.branches import posture_of
@@ -24,7 +25,7 @@ from duocell.models.kinematics.nominal import posture_form
 from duocell.models.kinematics.wrist_singularity import wrist_shortfall
 from duocell.models.robot.arm import SINGULAR_WRIST, TURN, Arm
 from duocell.models.robot.posture import ALL_SIGNS, Signs
-from duocell.optimizer.nlp.measure import objective_of
+from duocell.optimizer.nlp.measure import objective_of, step_excess
 from duocell.optimizer.reduction.linear_sums import first_joint_limits, keep_sums, sum_excess
 from duocell.optimizer.reduction.paths import choose_windings, choose_yaw, unwrap
 
@@ -56,6 +57,13 @@ class LayeredPath:
     signs: Signs | None = None
 
 
+class StepLimits(NamedTuple):
+    """What joints may do from pose to pose: ``most`` (n,) rad or m, and which are ``prismatic`` (n,)."""
+
+    most: Floats
+    prismatic: Bools
+
+
 def layers_at(cell: Cell, arm: Arm, position: Floats, yaw: float, poses: Floats | None = None) -> list[Floats]:
     """Branches (K_j, n) of the poses (all, or the given indices) with the base at one place."""
     targets = cell.flange_targets(arm)
@@ -74,15 +82,16 @@ def node_costs(arm: Arm, layer: Floats, skip_first: bool, weight: float = 1.0) -
 
     Args:
         arm: limits, reference and weights.
-        layer: (K, n) rad modulo 2π.
+        layer: (K, n) rad modulo 2π, or m.
         skip_first: leave joint 1 out, because the base yaw will set it.
         weight: of the pose.
     """
-    values = layer + TURN * np.round((arm.reference - layer) / TURN)
+    turn = np.where(arm.robot.prismatic, 0.0, TURN)
+    values = layer + turn * np.round((arm.reference - layer) / TURN)
     low = np.where(np.isfinite(arm.lower), arm.lower, -np.inf)
     high = np.where(np.isfinite(arm.upper), arm.upper, np.inf)
-    values = np.where(values < low, values + TURN * np.ceil(np.maximum(low - values, 0.0) / TURN), values)
-    values = np.where(values > high, values - TURN * np.ceil(np.maximum(values - high, 0.0) / TURN), values)
+    values = np.where(values < low, values + turn * np.ceil(np.maximum(low - values, 0.0) / TURN), values)
+    values = np.where(values > high, values - turn * np.ceil(np.maximum(values - high, 0.0) / TURN), values)
     outside = np.maximum(low - values, 0.0) + np.maximum(values - high, 0.0)
     cost = weight * arm.weights * (values - arm.reference) ** 2 + BEYOND * outside
     total: Floats = np.sum(cost[:, 1:] if skip_first else cost, axis=1)
@@ -119,9 +128,12 @@ def finish_path(cell: Cell, arm: Arm, position: Floats, yaw: float, joints: Floa
     sigma = chain_of(arm.robot).vertical_sign
     task = cell.task
     segments = task.weights, task.starts
-    joints, step = unwrap(joints, task.starts)
+    slides = int(arm.robot.slides)
+    _, step = unwrap(joints[slides:], task.starts)
     violation = max(float(np.max(step)) - cell.max_joint_step, 0.0)
-    for i in range(1 if sigma else 0, arm.dof):
+    if slides:
+        violation += max(step_excess(cell, arm, joints.T), float(np.max(arm.limit_excess(joints.T)[:, 0])), 0.0)
+    for i in range(max(int(sigma != 0), slides), arm.dof):
         violation += float(choose_windings(joints[i], arm.lower[i], arm.upper[i], arm.reference[i], *segments))
     keep_sums(arm, joints, task.starts, free_yaw=bool(sigma))
     if sigma:
@@ -149,6 +161,7 @@ def finish_path(cell: Cell, arm: Arm, position: Floats, yaw: float, joints: Floa
 def _cheapest(cell: Cell, arm: Arm, layers: list[Floats], costs: list[Floats]) -> Floats:
     """(m, n) the branches taken: a shortest path for each segment, in one posture where there are several segments."""
     segments, form = cell.task.segments, posture_form(arm.robot)
+    limits = StepLimits(cell.step_limits(arm.robot), arm.robot.prismatic)
     paths = []
     if form is not None and len(segments) > 1:
         signs = [[posture_of(form, q) for q in layer] for layer in layers]
@@ -156,34 +169,35 @@ def _cheapest(cell: Cell, arm: Arm, layers: list[Floats], costs: list[Floats]) -
             own = [[k for k, other in enumerate(layer) if other == posture] for layer in signs]
             if all(own):
                 some = [layer[k] for layer, k in zip(layers, own, strict=True)]
-                paths.append(
-                    _segments(segments, some, [c[k] for c, k in zip(costs, own, strict=True)], cell.max_joint_step)
-                )
-    return min(paths or [_segments(segments, layers, costs, cell.max_joint_step)], key=lambda path: path[0])[1]
+                paths.append(_segments(segments, some, [c[k] for c, k in zip(costs, own, strict=True)], limits))
+    return min(paths or [_segments(segments, layers, costs, limits)], key=lambda path: path[0])[1]
 
 
 def _segments(
-    segments: tuple[slice, ...], layers: list[Floats], costs: list[Floats], max_step: float
+    segments: tuple[slice, ...], layers: list[Floats], costs: list[Floats], limits: StepLimits
 ) -> tuple[float, Floats]:
     """The cost of a shortest path for each segment by itself, and the branches (m, n) taken."""
     total, taken = 0.0, []
     for segment in segments:
-        cost, chosen = _shortest(layers[segment], costs[segment], max_step)
+        cost, chosen = _shortest(layers[segment], costs[segment], limits)
         total += cost
         taken += [layer[k] for layer, k in zip(layers[segment], chosen, strict=True)]
     return total, np.array(taken)
 
 
-def _shortest(layers: list[Floats], costs: list[Floats], max_step: float) -> tuple[float, list[int]]:
+def _shortest(layers: list[Floats], costs: list[Floats], limits: StepLimits) -> tuple[float, list[int]]:
     """Cost of the shortest path, and the index of the branch it takes in each layer."""
     total, back = costs[0], []
     for before, after, cost in zip(layers, layers[1:], costs[1:], strict=False):
-        step = np.zeros((len(before), len(after)))
+        step, excess = np.zeros((2, len(before), len(after)))
         for i in range(before.shape[1]):
             turn = np.subtract.outer(before[:, i], after[:, i])
-            turn -= TURN * np.round(turn / TURN)
-            np.maximum(step, np.abs(turn), out=step)
-        costs_to = total[:, None] + LEAP * np.maximum(step - max_step, 0.0) + 1e-6 * step
+            if not limits.prismatic[i]:
+                turn -= TURN * np.round(turn / TURN)
+            np.abs(turn, out=turn)
+            np.maximum(step, turn, out=step)
+            np.maximum(excess, turn - limits.most[i], out=excess)
+        costs_to = total[:, None] + LEAP * excess + 1e-6 * step
         best = np.argmin(costs_to, axis=0)
         back.append(best)
         total = costs_to[best, np.arange(len(after))] + cost

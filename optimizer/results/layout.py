@@ -106,6 +106,7 @@ class Verification:
 
     Attributes:
         max_position_error: m. max_orientation_error: rad. max_joint_step: rad between consecutive poses of a segment.
+        max_prismatic_step: m, likewise, of joints that shift; None where there is none.
         limits_respected: every joint inside its limits to 1e-6 and every base inside its region.
     """
 
@@ -113,6 +114,7 @@ class Verification:
     max_orientation_error: float
     max_joint_step: float
     limits_respected: bool
+    max_prismatic_step: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from duocell.models.base.arrays import Floats, set_frozen
+from duocell.models.robot.joint import JointKind
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,11 +18,11 @@ class Placement:
         arm: its name.
         position: (3,) m, base origin in the world.
         yaw: rad, in the interval of the request.
-        joints: (m, n) rad.
+        joints: (m, n) rad, or m for those of ``joint_kinds`` that are prismatic.
         posture: names of the signs, or None for arms without them.
         objective: this arm's part of E (8.21).
-        joint_margins: (n,) rad, smallest distance to a limit over the path; inf for joints without end.
-        minimum_margin: rad, smallest of them; inf if no joint has limits.
+        joint_margins: (n,) rad or m, smallest distance to a limit over the path; inf for joints without end.
+        minimum_margin: rad, smallest of those of revolute joints; inf if none has limits.
         linear_margins: of every linear limit its name, and rad, the smallest distance of its sum to its limits.
         minimum_conditioning: smallest σmin/σmax of the Jacobian (translation divided by ``characteristic_length``).
         characteristic_length: m.
@@ -31,6 +32,7 @@ class Placement:
         mount: (3, 3) orientation of the base in the world at yaw 0.
         mounting_face: (4, 4) m, the face it is bolted down with, in the base frame; None where it is not known.
         avoids_singularities: the rule it was judged by: False where the arm may go through wrist singularities.
+        joint_kinds: n kinds; empty: all joints are revolute.
     """
 
     arm: str
@@ -49,6 +51,7 @@ class Placement:
     avoids_singularities: bool = True
     mounting_face: Floats | None = None
     linear_margins: tuple[tuple[str, float], ...] = ()
+    joint_kinds: tuple[JointKind, ...] = ()
 
     def __post_init__(self) -> None:
         set_frozen(self, "position", self.position, (3,))

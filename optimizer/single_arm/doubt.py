@@ -29,7 +29,7 @@ SAME = 1e-3
 def at_limit(cell: Cell, problem: ReducedProblem, best: ArmSolution) -> bool:
     """True if a joint is at its limit or makes the largest step that is allowed."""
     margin = -float(np.max(problem.arm.limit_excess(best.joints)))
-    return margin < ACTIVE or largest_step(cell.task, best.joints) > cell.max_joint_step - ACTIVE
+    return margin < ACTIVE or largest_step(cell.task, problem.arm.robot, best.joints) > cell.max_joint_step - ACTIVE
 
 
 def in_doubt(cell: Cell, problem: ReducedProblem, box: Floats, best: ArmSolution, least: float) -> bool:
@@ -45,4 +45,4 @@ def in_doubt(cell: Cell, problem: ReducedProblem, box: Floats, best: ArmSolution
     if not np.any(box[:, 1] > box[:, 0]) or value > (1.0 + SAME) * least:
         return False
     nearest = float(np.min(wrist_distance(problem.form.wrist_zero, best.joints[:, 4])))
-    return nearest < WRIST or largest_step(cell.task, best.joints) > STEP * cell.max_joint_step
+    return nearest < WRIST or largest_step(cell.task, problem.arm.robot, best.joints) > STEP * cell.max_joint_step

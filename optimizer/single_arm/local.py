@@ -18,7 +18,7 @@ from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.kinematics.wrist_singularity import wrist_shortfall
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.nlp.conditioning_cuts import TRUST, conditioning_gradients, keep_conditioning
-from duocell.optimizer.nlp.measure import largest_step
+from duocell.optimizer.nlp.measure import step_excess
 from duocell.optimizer.nlp.pose_rows import BASE
 from duocell.optimizer.nlp.program import ArmSolution, Cuts, build_program
 from duocell.optimizer.nlp.solve import Solve, solve_program
@@ -78,7 +78,7 @@ def _solve_rows(
     steps = False
     if result.objective > known:
         return result
-    if result.status.has_point and largest_step(cell.task, result.points[0].joints) > cell.max_joint_step:
+    if result.status.has_point and step_excess(cell, arm, result.points[0].joints) > 0.0:
         steps = True
         result = _solve(cell, arm, start, deadline, keep_shoulder=keep, clear=clear, steps=True)
     if result.status.has_point and arm.min_conditioning is not None and result.objective <= known:

@@ -181,7 +181,9 @@ def _search_finer(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadlin
     A step from pose to pose is two steps there, of half the length or a little more.
     """
     middles = [(int(step), 0.5) for step in np.flatnonzero(cell.task.joined)]
-    finer, rows = with_places(replace(cell, max_joint_step=search.local.half_step * cell.max_joint_step), middles)
+    share = search.local.half_step
+    turn, shift = share * cell.max_joint_step, share * cell.max_prismatic_step
+    finer, rows = with_places(replace(cell, max_joint_step=turn, max_prismatic_step=shift), middles)
     if len(finer.task) > search.local.most_finer:
         return
     found = ArmSearch(search.arm, search.parameters, problem=reduced_problem(finer, search.arm))

@@ -56,13 +56,13 @@ def _add_limits(rows: RowCollector, scene: Scene, index: int, arm: Arm) -> None:
 
 def _add_steps(rows: RowCollector, scene: Scene, index: int, point: ArmSolution) -> None:
     """Steps between consecutive poses of a segment that are near the largest allowed one."""
-    poses, most = rows.samples.poses, scene.cell.max_joint_step
+    poses, most = rows.samples.poses, scene.cell.step_limits(scene.cell.arms[index].robot)
     change = np.diff(point.joints, axis=0)
     j, i = np.nonzero((most - np.abs(change) < NEAR) & scene.cell.task.joined[:, None])
     if len(j):
         unit = -np.sign(change[j, i])[:, None] * np.eye(point.joints.shape[1])[i]
         slopes = rows.through(index, poses[j + 1], unit) - rows.through(index, poses[j], unit)
-        rows.add(slopes, most - np.abs(change[j, i]), np.full(len(j), INSIDE))
+        rows.add(slopes, most[i] - np.abs(change[j, i]), np.full(len(j), INSIDE))
 
 
 def _add_posture(rows: RowCollector, scene: Scene, index: int, form: ClosedForm, signs: Signs) -> None:

@@ -31,7 +31,8 @@ class ArmPath:
     Attributes:
         bases: (N, 4, 4) in the world. joints: (N, C, n) rad.
         arrived: (N, C) False where the arm cannot follow in its posture.
-        margin: (N,) rad. step: (N,) rad. conditioning: (N,) what is left of each, negative if it is too little.
+        margin: (N,) rad or m. step: (N,) likewise. conditioning: (N,) what is left of each, negative if too little.
+        turning: (N,) rad, the margin of what turns alone.
     """
 
     bases: Floats
@@ -40,6 +41,7 @@ class ArmPath:
     margin: Floats
     step: Floats
     conditioning: Floats
+    turning: Floats
 
 
 class Displaced:
@@ -47,7 +49,7 @@ class Displaced:
 
     Attributes:
         followed: (N,) True where every arm takes every pose in its posture.
-        margin: (N,) rad, smallest margin of a joint or of a linear limit at the poses.
+        margin: (N,) rad, smallest margin of a joint that turns, or of a linear limit, at the poses.
         distance: (N,) m, lower bound of what the nearest pair keeps beyond the required distance.
         least_margin: (N,) m or rad, the least that is left of anything.
     """
@@ -57,7 +59,7 @@ class Displaced:
         self.nominal, self.errors = nominal, errors
         self.paths = [_arm_path(nominal, a, errors[:, a]) for a in range(len(nominal.cell.arms))]
         self.followed: Bools = np.all([np.all(path.arrived, axis=1) for path in self.paths], axis=0)
-        self.margin: Floats = np.min([path.margin for path in self.paths], axis=0)
+        self.margin: Floats = np.min([path.turning for path in self.paths], axis=0)
         own = [np.minimum(np.minimum(p.margin, p.step), p.conditioning) for p in self.paths]
         self._own: Floats = np.where(self.followed, np.min(own, axis=0), -np.inf)
         self._places, self._gaps = self._distances()
@@ -163,10 +165,11 @@ def _arm_path(nominal: Nominal, index: int, errors: Floats) -> ArmPath:
     bases = arm.base_in_world(point.position + different[:, :3], point.yaw + different[:, 3])
     joints, arrived = _followed(nominal, index, different, bases)
     q = joints[:, :m]
-    margin = -np.max(arm.limit_excess(q), axis=(1, 2))
+    excess, turns = arm.limit_excess(q), np.array([unit == "rad" for unit in arm.bounded_units])
+    margin, turning = -np.max(excess, axis=(1, 2)), -np.max(excess[..., turns], axis=(1, 2))
     steps = np.abs(np.diff(q, axis=1)[:, nominal.cell.task.joined])
-    step = nominal.cell.max_joint_step - np.max(steps, axis=(1, 2), initial=0.0)
-    rows = ArmPath(bases, joints, arrived, margin, step, _conditioning(arm, q))
+    step = np.min(nominal.cell.step_limits(arm.robot) - np.max(steps, axis=1, initial=0.0), axis=1)
+    rows = ArmPath(bases, joints, arrived, margin, step, _conditioning(arm, q), turning)
     return _picked(rows, which.reshape(-1))
 
 
@@ -203,4 +206,5 @@ def _picked(path: ArmPath, which: Ints) -> ArmPath:
         path.margin[which],
         path.step[which],
         path.conditioning[which],
+        path.turning[which],
     )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from duocell.models.base.arrays import Floats
+from duocell.models.base.arrays import Bools, Floats
 from duocell.models.collision.contact_gradient import contact_gradients
 from duocell.optimizer.nlp.pose_rows import BASE
 from duocell.optimizer.tolerance.nominal import Nominal
@@ -22,7 +22,7 @@ class Sensitivity:
     Attributes:
         margins: (R,) m or rad, of the layout as it should be.
         slopes: (R, A, 4) change by a whole error of each base in x, y, z and yaw.
-        joint_margin: rad, smallest joint margin that errors leave; infinite if no joint has limits.
+        joint_margin: rad, smallest margin of a joint that turns that errors leave; infinite if none has limits.
     """
 
     margins: Floats
@@ -52,7 +52,7 @@ def sensitivity(nominal: Nominal, size: Floats) -> Sensitivity:
     """
     limits, steps, contacts = _limits(nominal, size), _steps(nominal, size), _contacts(nominal, size)
     margins, slopes = (np.concatenate(rows) for rows in zip(limits, steps, contacts, strict=True))
-    joint_margins = limits[0] - np.sum(np.abs(limits[1]), axis=(1, 2))
+    joint_margins = (limits[0] - np.sum(np.abs(limits[1]), axis=(1, 2)))[_turning(nominal)]
     return Sensitivity(margins, slopes, float(np.min(joint_margins, initial=np.inf)))
 
 
@@ -76,6 +76,15 @@ def _limits(nominal: Nominal, size: Floats) -> _Rows:
     return np.concatenate(margins), np.concatenate(slopes)
 
 
+def _turning(nominal: Nominal) -> Bools:
+    """(R,) for every limit whether it is one of an angle."""
+    found = [np.zeros(0, dtype=np.bool_)]
+    for arm in nominal.cell.arms:
+        turns = np.array([unit == "rad" for unit in arm.bounded_units])
+        found += [turns[np.isfinite(ends)] for ends in (arm.bounded_lower, arm.bounded_upper)]
+    return np.concatenate(found)
+
+
 def _steps(nominal: Nominal, size: Floats) -> _Rows:
     """For every joint the longest step."""
     arms, m = nominal.cell.arms, nominal.poses
@@ -90,7 +99,7 @@ def _steps(nominal: Nominal, size: Floats) -> _Rows:
         joints = np.arange(arm.dof)
         rows = np.zeros((arm.dof, len(arms), BASE))
         rows[:, a] = -np.sign(step[worst, joints])[:, None] * change[worst, joints]
-        margins.append(nominal.cell.max_joint_step - np.abs(step[worst, joints]))
+        margins.append(nominal.cell.step_limits(arm.robot) - np.abs(step[worst, joints]))
         slopes.append(rows)
     return np.concatenate(margins), np.concatenate(slopes)
 

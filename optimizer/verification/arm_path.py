@@ -49,6 +49,8 @@ OVERSHOOT = np.radians(1.0)
 The poses are asked for, the straight way between them is not: a part that leaves it by some millimetres, or one more
 pose, undoes so little. What is more than rounding is told with the layout.
 """
+OVERRUN = 1e-3
+"""m, the same of a joint that shifts; a carriage that runs farther past its end meets a stop."""
 FAR = 0.5
 """rad; a joint that may travel more on an interval is looked at more closely."""
 LEVELS = 20
@@ -76,8 +78,8 @@ class ArmPathCheck:
 
     @property
     def beyond(self) -> tuple[LimitExcess, ...]:
-        """The excesses that count: those of more than `OVERSHOOT`."""
-        return tuple(one for one in self.excesses if one.amount > OVERSHOOT)
+        """The excesses that count: those of more than `OVERSHOOT`, or `OVERRUN` of a joint that shifts."""
+        return tuple(one for one in self.excesses if one.amount > (OVERSHOOT if one.unit == "rad" else OVERRUN))
 
     @property
     def free(self) -> bool:
@@ -256,7 +258,9 @@ def _note(beyond: dict[int, LimitExcess], arm: Arm, at: _Intervals, joints: Floa
         amount = float(excess[k, i])
         if int(i) not in beyond or amount > beyond[int(i)].amount:
             name = arm.bounded_names[int(i)]
-            beyond[int(i)] = LimitExcess(arm.name, name, int(at.step[k]), float(at.middle[k]), amount)
+            beyond[int(i)] = LimitExcess(
+                arm.name, name, int(at.step[k]), float(at.middle[k]), amount, arm.bounded_units[int(i)]
+            )
 
 
 def _may_leave_limits(arm: Arm, halves: _Intervals, sag: Floats) -> Bools:

@@ -17,7 +17,7 @@ from duocell.models.kinematics.nominal import posture_form
 from duocell.models.kinematics.wrist_singularity import wrist_shortfall
 from duocell.models.robot.arm import Arm
 from duocell.models.robot.posture import Signs
-from duocell.optimizer.nlp.measure import largest_step
+from duocell.optimizer.nlp.measure import largest_step, largest_steps
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.results.layout import Verification
 
@@ -36,12 +36,13 @@ class ArmCheck:
     """Independent figures of one arm at a point; see `duocell.optimizer.results.layout.Verification`.
 
     Attributes:
-        position_error: m. orientation_error: rad. joint_step: rad, within a segment.
+        position_error: m. orientation_error: rad. joint_step: rad, of revolute joints within a segment.
         limits: largest excess over joint limits, linear ones among them, and base region, rad or m, <= 0 if none.
         posture: largest distance on the wrong side of a singular set, <= 0 if none.
         conditioning: by how much σmin/σmax falls short of what the request asks for, <= 0 if it does not.
         singularity: rad by which the wrist is nearer to its singularity than the arm may be, 0 if it is not.
         max_joint_step: rad, allowed.
+        prismatic_step: m, of prismatic joints within a segment; None without any. max_prismatic_step: m, allowed.
     """
 
     position_error: float
@@ -52,6 +53,8 @@ class ArmCheck:
     conditioning: float
     singularity: float
     max_joint_step: float
+    prismatic_step: float | None = None
+    max_prismatic_step: float = np.inf
 
     @property
     def usable(self) -> bool:
@@ -60,6 +63,7 @@ class ArmCheck:
             self.position_error <= POSITION
             and self.orientation_error <= ORIENTATION
             and self.joint_step <= self.max_joint_step + LIMITS
+            and (self.prismatic_step or 0.0) <= self.max_prismatic_step + LIMITS
             and self.limits <= LIMITS
             and self.posture <= SIDE
             and self.conditioning <= LIMITS
@@ -86,12 +90,14 @@ def check(cell: Cell, arm: Arm, point: ArmSolution) -> ArmCheck:
     return ArmCheck(
         position_error=float(np.max(np.linalg.norm(reached[:, :3, 3] - wanted[:, :3, 3], axis=1))),
         orientation_error=float(np.max(rotation_angle(turned))),
-        joint_step=largest_step(cell.task, point.joints),
+        joint_step=largest_step(cell.task, arm.robot, point.joints),
         limits=float(max(joints, base)),
         posture=_wrong_side(arm, point),
         conditioning=_shortfall(arm, point.joints),
         singularity=float(wrist_shortfall(arm, point.joints.T)),
         max_joint_step=cell.max_joint_step,
+        prismatic_step=float(largest_steps(cell.task, point.joints)[0]) if arm.robot.slides else None,
+        max_prismatic_step=cell.max_prismatic_step,
     )
 
 
@@ -130,4 +136,5 @@ def summarise(checks: list[ArmCheck]) -> Verification:
         max_orientation_error=max(c.orientation_error for c in checks),
         max_joint_step=max(c.joint_step for c in checks),
         limits_respected=all(c.limits <= LIMITS for c in checks),
+        max_prismatic_step=max((c.prismatic_step for c in checks if c.prismatic_step is not None), default=None),
     )

@@ -43,4 +43,4 @@ def _at_poses(arm: Arm, point: ArmSolution) -> LimitExcess:
     """The joint nearest to its limits at the poses."""
     excess = arm.limit_excess(point.joints)
     k, i = np.unravel_index(int(np.argmax(excess)), excess.shape)
-    return LimitExcess(arm.name, arm.bounded_names[int(i)], int(k), 0.0, float(excess[k, i]))
+    return LimitExcess(arm.name, arm.bounded_names[int(i)], int(k), 0.0, float(excess[k, i]), arm.bounded_units[int(i)])

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
+from duocell.models.robot.joint import in_words
 from duocell.optimizer.clearance.clearance import Break, LimitExcess
 from duocell.optimizer.results.layout import Reason
 
@@ -27,9 +26,10 @@ def arm_path_faults(breaks: tuple[Break, ...], beyond: tuple[LimitExcess, ...]) 
 
 def _beyond(one: LimitExcess) -> Reason:
     detail = (
-        f"{one.arm}: {one.joint} is beyond its limit by {np.degrees(one.amount):.2f}° {between(one.pose, one.fraction)}"
+        f"{one.arm}: {one.joint} is beyond its limit by {in_words(one.amount, one.unit)} "
+        f"{between(one.pose, one.fraction)}"
     )
-    return Reason(one.arm, "joint_limit", poses_at(one.pose, one.fraction), detail, one.joint, one.amount, "rad")
+    return Reason(one.arm, "joint_limit", poses_at(one.pose, one.fraction), detail, one.joint, one.amount, one.unit)
 
 
 def poses_at(pose: int, fraction: float) -> tuple[int, ...]:

@@ -23,7 +23,7 @@ from matplotlib.patheffects import withStroke
 from duocell.models.base.arrays import Floats
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import Task
-from duocell.models.kinematics.kinematics import reach_sphere
+from duocell.models.kinematics.kinematics import carriage_ends, reach_sphere
 from duocell.models.kinematics.link_frames import link_frames
 from duocell.models.robot.arm import Arm, Interval
 from duocell.models.robot.robot import Robot
@@ -193,15 +193,25 @@ def _draw_numbers(axes: Axes, cell: Cell, arm: Arm, base_in_world: Floats, yaw: 
 
 
 def _draw_reach(axes: Axes, cell: Cell, arm: Arm, base_in_world: Floats, colour: str) -> None:
-    """Where the flange's ball of reach cuts the mean height of the poses its flange takes."""
+    """Where the flange's ball of reach cuts the mean height of the poses its flange takes; on a linear axis from both
+    of its ends, with the way of the carriage between them.
+    """
     centre, radius = reach_sphere(arm.robot)
-    x, y, z = base_in_world[:3, :3] @ centre + base_in_world[:3, 3]
-    height = float(np.mean(cell.flange_targets(arm)[:, 2, 3])) - z
-    ring = float(np.sqrt(max(radius**2 - height**2, 0.0)))
-    named = any(patch.get_label() == REACH for patch in axes.patches)
-    label = None if named else REACH
-    axes.add_patch(Circle((x, y), ring, fc=colour, ec="none", alpha=0.05, zorder=0))
-    axes.add_patch(Circle((x, y), ring, fill=False, ec=colour, lw=0.6, ls=(0, (1, 3)), zorder=1, label=label))
+    feet = np.zeros((1, 3))
+    turned = base_in_world[:3, :3]
+    if arm.robot.slides:
+        feet = carriage_ends(arm.robot, arm.travel)
+        way = feet @ turned.T + base_in_world[:3, 3]
+        axes.plot(*way[:, :2].T, color=colour, lw=6.0, alpha=0.25, solid_capstyle="butt", zorder=2)
+        turned = turned @ arm.robot.joint_placements[0][:3, :3]
+    for foot in feet:
+        x, y, z = base_in_world[:3, :3] @ foot + turned @ centre + base_in_world[:3, 3]
+        height = float(np.mean(cell.flange_targets(arm)[:, 2, 3])) - z
+        ring = float(np.sqrt(max(radius**2 - height**2, 0.0)))
+        named = any(patch.get_label() == REACH for patch in axes.patches)
+        label = None if named else REACH
+        axes.add_patch(Circle((x, y), ring, fc=colour, ec="none", alpha=0.05, zorder=0))
+        axes.add_patch(Circle((x, y), ring, fill=False, ec=colour, lw=0.6, ls=(0, (1, 3)), zorder=1, label=label))
 
 
 def _draw_part(axes: Axes, cell: Cell) -> None:

@@ -65,14 +65,20 @@ def robot_document(name: str, library: Library) -> dict[str, Any]:
     user = library.user_robot(name) if NAME.fullmatch(name) else None
     robot = catalogue.robot(name) if user is None else user.robot
     flange = flange_poses(robot, np.zeros(robot.dof))[0]
-    joints = zip(robot.joint_names, robot.lower, robot.upper, robot.reference, strict=True)
+    joints = zip(robot.joint_names, robot.joint_kinds, robot.lower, robot.upper, robot.reference, strict=True)
     return {
         **_summary(robot, user),
         "version": None if user is None else user.version,
         "created_at": user.created_at or None if user is not None else None,
         "joints": [
-            {"name": name, "lower": finite(lower), "upper": finite(upper), "reference": float(reference)}
-            for name, lower, upper, reference in joints
+            {
+                "name": name,
+                "type": kind.value,
+                "lower": finite(lower),
+                "upper": finite(upper),
+                "reference": float(reference),
+            }
+            for name, kind, lower, upper, reference in joints
         ],
         "linear_limits": _linear_limits(robot),
         "chain": None if user is None or user.chain is None else chain_document(user.chain),

@@ -13,6 +13,7 @@ from duocell.models.base.arrays import Floats
 from duocell.models.catalogue.links import LinkBody
 from duocell.models.description.chain_choice import Alternative, ChainChoice
 from duocell.models.geometry.shapes import Body, Box, Capsule, ConvexHull, Cylinder, HalfSpace, Shape, Sphere
+from duocell.models.robot.joint import JointKind
 from duocell.models.robot.linear_limits import LinearLimits
 from duocell.models.robot.robot import Robot
 
@@ -54,6 +55,8 @@ def as_document(user_robot: UserRobot) -> dict[str, Any]:
     kinematics |= {name: [float(v) if np.isfinite(v) else None for v in getattr(robot, name)] for name in _LIMITS}
     kinematics |= {name: getattr(robot, name) for name in _TEXTS}
     kinematics |= {name: list(getattr(robot, name)) for name in _LISTS} | {"description": robot.description}
+    if robot.slides:
+        kinematics["joint_kinds"] = [kind.value for kind in robot.joint_kinds]
     kinematics["linear_limits"] = _linear_limits_document(robot.linear_limits)
     links = None if user_robot.links is None else [_link_document(link) for link in user_robot.links]
     return {
@@ -82,7 +85,9 @@ def from_document(document: dict[str, Any]) -> UserRobot:
     values |= {name: str(kinematics[name]) for name in _TEXTS}
     values |= {name: tuple(kinematics[name]) for name in _LISTS}
     limits = _linear_limits_from(kinematics.get("linear_limits"))
-    robot = Robot(**values, description=str(kinematics.get("description", "")), linear_limits=limits)
+    kinds = tuple(JointKind(kind) for kind in kinematics.get("joint_kinds", ()))
+    values |= {"description": str(kinematics.get("description", "")), "linear_limits": limits, "joint_kinds": kinds}
+    robot = Robot(**values)
     chain = document.get("chain")
     links = document["links"]
     return UserRobot(

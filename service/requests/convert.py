@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import pi
+from math import inf, pi
 
 import numpy as np
 
@@ -50,7 +50,8 @@ def cell_of(request: LayoutRequest, library: Library | None = None, task: Task |
     return Cell(
         task=task,
         arms=tuple(arms),
-        max_joint_step=min(request.max_joint_step, pi),
+        max_joint_step=min(request.joint_steps.revolute, pi),
+        max_prismatic_step=inf if request.joint_steps.prismatic is None else request.joint_steps.prismatic,
         name=request.name,
         surroundings=surroundings,
         couplings=couplings,

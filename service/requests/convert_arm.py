@@ -15,6 +15,7 @@ from duocell.models.catalogue.reference import default_reference
 from duocell.models.kinematics.nominal import posture_form
 from duocell.models.robot.arm import NARROWEST, BaseRegion, Interval, equal_weights, range_weights
 from duocell.models.robot.arm import Arm as ModelArm
+from duocell.models.robot.joint import JointKind
 from duocell.models.robot.linear_limits import LinearLimits
 from duocell.models.robot.posture import ELBOW, SHOULDER, WRIST
 from duocell.models.robot.posture import Posture as ModelPosture
@@ -80,11 +81,8 @@ def _robot(arm: Arm, pointer: str, robots: Mapping[str, Robot], issues: IssueCol
     with issues.at(f"{pointer}/robot"):
         if not isinstance(arm.robot, DhTable):
             return _named(arm, arm.robot, f"{pointer}/robot_version", robots, issues)
-        rows = [
-            DhRow(alpha=r.alpha, a=r.a, d=r.d, lower=r.lower, upper=r.upper, theta_offset=r.theta_offset)
-            for r in arm.robot.dh
-        ]
-        return robot_from_dh("dh", rows)
+        rows = [DhRow(r.alpha, r.a, r.d, r.lower, r.upper, r.theta_offset, JointKind(r.type)) for r in arm.robot.dh]
+        return robot_from_dh("dh", rows, pose_of(arm.robot.first_frame, f"{pointer}/robot/first_frame", issues))
     return None
 
 
@@ -134,12 +132,13 @@ def _limits(arm: Arm, robot: Robot, pointer: str, issues: IssueCollector) -> tup
     """(n,) lower and upper limits in force."""
     if arm.limits is None or not _fits([*arm.limits], robot, f"{pointer}/limits", issues):
         return robot.lower, robot.upper
+    units = [kind.unit for kind in robot.joint_kinds]
     for joint, (low, high) in enumerate(arm.limits):
         if high - low < NARROWEST:
             issues.add(
                 f"{pointer}/limits/{joint}",
-                f"Joint {robot.joint_names[joint]} may not move at all ([{low:g}, {high:g}] rad); "
-                f"a lower limit {NARROWEST:g} rad below the upper one is needed. Widen it.",
+                f"Joint {robot.joint_names[joint]} may not move at all ([{low:g}, {high:g}] {units[joint]}); "
+                f"a lower limit {NARROWEST:g} {units[joint]} below the upper one is needed. Widen it.",
             )
     pairs = np.array(arm.limits)
     return pairs[:, 0], pairs[:, 1]
@@ -162,12 +161,14 @@ def _reference(arm: Arm, robot: Robot, limits: tuple[Floats, Floats], pointer: s
     if not _fits([*arm.reference], robot, f"{pointer}/reference", issues):
         return robot.reference
     reference = np.array(arm.reference)
+    units = [kind.unit for kind in robot.joint_kinds]
     outside: Bools = (reference < lower - SLACK) | (reference > upper + SLACK)
     for joint in np.flatnonzero(outside):
         issues.add(
             f"{pointer}/reference/{joint}",
-            f"The reference {reference[joint]:.6g} rad of joint {robot.joint_names[joint]} lies outside its limits "
-            f"[{lower[joint]:.6g}, {upper[joint]:.6g}] rad. Choose a value inside, or change the limits.",
+            f"The reference {reference[joint]:.6g} {units[joint]} of joint {robot.joint_names[joint]} lies outside its "
+            f"limits [{lower[joint]:.6g}, {upper[joint]:.6g}] {units[joint]}. Choose a value inside, or change the "
+            "limits.",
         )
     return reference
 

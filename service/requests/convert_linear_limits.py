@@ -43,6 +43,12 @@ def _fault(row: LinearLimit, robot: Robot, limits: tuple[Floats, Floats]) -> tup
             f"{len(row.coefficients)} values, but {robot.name} has {robot.dof} joints; one per joint is needed, 0 for "
             f"those that have no part in it. The joints are {', '.join(robot.joint_names)}."
         )
+    shifted = [j for j, c in enumerate(row.coefficients) if robot.prismatic[j] and c != 0.0]
+    if shifted:
+        return f"/coefficients/{shifted[0]}", (
+            f"{robot.joint_names[shifted[0]]} is prismatic: its value is a length, and the others are angles; a sum of "
+            "both has no unit. Send 0 for it, and limit it by `limits`."
+        )
     fault = row_fault(row.coefficients, row.lower, row.upper)
     if fault is not None:
         return "/coefficients" if "coefficient" in fault else "/lower", f"{fault[0].upper()}{fault[1:]}"

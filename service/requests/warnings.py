@@ -12,6 +12,7 @@ from duocell.models.cell.cell import Cell
 from duocell.models.kinematics.branches import path_signs
 from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.robot.arm import Arm as ModelArm
+from duocell.models.robot.joint import in_words
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.results.layout import Layout
 from duocell.optimizer.verification.arm_path import check_arm_path
@@ -35,7 +36,7 @@ def warnings_of(request: LayoutRequest, cell: Cell, layout: Layout) -> list[Issu
     Args:
         request: as accepted. cell: that it describes. layout: the answer.
     """
-    found = [*_lengths(request), *body_warnings(request), *_angles(request), *region_warnings(cell, layout)]
+    found = [*_lengths(request), *body_warnings(request), *_angles(request, cell), *region_warnings(cell, layout)]
     for index, (asked, arm) in enumerate(zip(request.arms, cell.arms, strict=True)):
         found += _hand(f"/arms/{index}", asked.tool.position, asked.grasp.position)
         found += _flange(f"/arms/{index}", asked.flange, arm)
@@ -51,9 +52,9 @@ def _lengths(request: LayoutRequest) -> Iterator[Issue]:
         yield Issue(pointer, f"{value:g} m is far for a cell. Did you mean {value / 1e3:g} m ({value:g} mm)?")
 
 
-def _angles(request: LayoutRequest) -> Iterator[Issue]:
+def _angles(request: LayoutRequest, cell: Cell) -> Iterator[Issue]:
     """Whole numbers that are more likely degrees; one warning for each list."""
-    for pointer, values in angles_of(request):
+    for pointer, values in angles_of(request, [arm.robot.slides for arm in cell.arms]):
         whole = [value for value in values if abs(value) >= WHOLE and value == round(value)]
         if whole:
             value = whole[0]
@@ -80,7 +81,7 @@ def _overshoots(pointer: str, cell: Cell, arm: ModelArm, layout: Layout) -> Iter
         signs = None if form is None else path_signs(form, one.joints)
         for excess in check_arm_path(cell, arm, ArmSolution(one.position, one.yaw, one.joints, signs)).excesses:
             detail = (
-                f"{excess.joint} passes its limit by {degrees(excess.amount):.2f}° "
+                f"{excess.joint} passes its limit by {in_words(excess.amount, excess.unit)} "
                 f"{between(excess.pose, excess.fraction)}, where the part goes straight. Add a pose there if it has to."
             )
             yield Issue(pointer, detail)

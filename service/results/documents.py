@@ -72,6 +72,7 @@ def _placement(placement: Placement) -> schemas.ArmResult:
         name=placement.arm,
         base=_base(placement.position, placement.yaw, placement.mount),
         mounting_face=_mounting_face(placement),
+        joint_units=[kind.unit for kind in placement.joint_kinds] or len(placement.joint_margins) * ["rad"],
         linear_margins=[{"name": name, "margin": margin} for name, margin in placement.linear_margins],
         singularities="avoid" if placement.avoids_singularities else "allow",
     )

@@ -66,14 +66,29 @@ FLOOR_MOUNT = Mount()
 
 
 class DhRow(Strict):
-    """One revolute joint in standard Denavit-Hartenberg terms: Rot(z, θ) Trans(z, d) Trans(x, a) Rot(x, α)."""
+    """One joint in standard Denavit-Hartenberg terms: Rot(z, θ) Trans(z, d) Trans(x, a) Rot(x, α).
+
+    The value of a revolute joint is added to θ, that of a prismatic one to d.
+    """
+
+    type: Literal["revolute", "prismatic"] = Field(
+        default="revolute",
+        description="How the joint moves. Only the first may be prismatic: a linear axis that carries the arm.",
+        examples=["revolute"],
+    )
 
     alpha: float = Field(description="Twist α in rad.", examples=[-pi / 2])
     a: float = Field(description="Length a in m.", examples=[0.4318])
     d: float = Field(description="Offset d in m.", examples=[0.1491])
-    theta_offset: float = Field(default=0.0, description="rad, added to the joint value to give θ.", examples=[pi / 2])
-    lower: float = Field(description="Lower limit of the joint value in rad.", examples=[-2.79])
-    upper: float = Field(description="Upper limit of the joint value in rad.", examples=[2.79])
+    theta_offset: float = Field(
+        default=0.0,
+        description="rad, added to the joint value to give θ; θ itself if the joint is prismatic.",
+        examples=[pi / 2],
+    )
+    lower: float = Field(
+        description="Lower limit of the joint value in rad, or m if it is prismatic.", examples=[-2.79]
+    )
+    upper: float = Field(description="Upper limit of the joint value in rad, or m if it is prismatic.", examples=[2.79])
 
 
 class DhTable(Strict):
@@ -84,6 +99,12 @@ class DhTable(Strict):
         max_length=MOST_JOINTS,
         description="One row per joint, from the base to the flange; six or seven joints.",
         examples=[[{"alpha": -pi / 2, "a": 0.0, "d": 0.4, "lower": -2.9, "upper": 2.9}]],
+    )
+    first_frame: Pose = Field(
+        default=IDENTITY,
+        description="Frame 0 of the table, whose z is the axis of the first joint, in the base frame. For a horizontal "
+        "linear axis on the floor it is turned so that its z lies along the axis and the base's own z points up.",
+        examples=[{"position": [0.0, 0.0, 0.2], "orientation": {"rpy": [0.0, pi / 2, 0.0]}}],
     )
 
 
@@ -96,8 +117,8 @@ class LinearLimit(Strict):
     coefficients: list[float] = Field(
         min_length=1,
         max_length=MOST_JOINTS,
-        description="c, one per joint from the base to the flange: 0 for joints that have no part in it, else between "
-        "0.01 and 100 on either side of 0.",
+        description="c, one per joint from the base to the flange: 0 for joints that have no part in it, as a linear "
+        "axis has none, else between 0.01 and 100 on either side of 0.",
         examples=[[0.0, 1.0, 1.0, 0.0, 0.0, 0.0]],
     )
     lower: float = Field(description="rad; joint values count with their turns.", examples=[-1.2])
@@ -192,8 +213,8 @@ class Arm(Strict):
     reference: list[float] | None = Field(
         default=None,
         max_length=MOST_JOINTS,
-        description="q* of the objective in rad, one value per joint, inside the limits. null: the robot's own "
-        "reference, usually mid-range. It does not restrict the posture.",
+        description="q* of the objective in rad (m for a linear axis), one per joint, inside the limits. null: the "
+        "robot's own reference, usually mid-range. It does not restrict the posture.",
         examples=[[0.17, -0.39, 2.7, 0.52, 0.17, 0.17]],
     )
     weights: Weights = Field(
@@ -208,7 +229,8 @@ class Arm(Strict):
     limits: list[Interval] | None = Field(
         default=None,
         max_length=MOST_JOINTS,
-        description="Joint limits [lower, upper] in rad, one pair per joint; null: the robot's own.",
+        description="Joint limits [lower, upper] in rad (m for a linear axis), one pair per joint; null: the "
+        "robot's own.",
         examples=[[[-2.79, 2.79], [-3.22, 0.78], [-0.78, 3.92], [-1.91, 2.96], [-1.74, 1.74], [-4.64, 4.64]]],
     )
     linear_limits: list[LinearLimit] | None = Field(

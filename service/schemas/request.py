@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import pi
 from typing import Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field, Tag
+from pydantic import ConfigDict, Discriminator, Field, Tag
 
 from duocell.service.schemas.arm import Arm
 from duocell.service.schemas.base import FIRST_WRONG, TAG, Choice, Label, NotNegative, Strict
@@ -57,6 +57,30 @@ class Certificate(Strict):
         examples=[0.01],
     )
     time_limit: float = Field(default=10.0, gt=0.0, description="Stop after this many seconds.", examples=[10.0])
+
+
+class JointSteps(Strict):
+    """Largest changes of joints between consecutive poses, by kind of joint."""
+
+    revolute: float = Field(
+        default=pi / 2, gt=0.0, le=PI_AS_PRINTED, description="rad: of joints that turn, at most π.", examples=[1.5708]
+    )
+    prismatic: float | None = Field(
+        default=None, gt=0.0, description="m: of the linear axis under an arm; null: as far as it goes.", examples=[0.3]
+    )
+
+
+def _number_or_steps(value: Any) -> str:
+    return f"{TAG}steps" if isinstance(value, (dict, JointSteps)) else f"{TAG}number"
+
+
+RevoluteStep = Annotated[float, Field(gt=0.0, le=PI_AS_PRINTED, json_schema_extra={"default": pi / 2})]
+"""rad, the default told where it is read: by clients that know no other form."""
+AnyJointStep = Annotated[
+    Annotated[RevoluteStep, Tag("@number")] | Annotated[JointSteps, Tag("@steps")],
+    Discriminator(_number_or_steps),
+]
+"""One number for the joints that turn, or one for each kind."""
 
 
 def _word_or_settings(value: Any) -> str:
@@ -125,13 +149,19 @@ class LayoutRequest(Strict):
         "(obstacles, part, tool_shapes, pedestal), and nothing is looked at if it describes none.",
         examples=[{"arm_arm": 0.03, "arm_obstacle": 0.03, "self": None}],
     )
-    max_joint_step: float = Field(
+    max_joint_step: AnyJointStep = Field(
         default=pi / 2,
-        gt=0.0,
-        le=PI_AS_PRINTED,
-        description="rad: largest change of any joint between consecutive poses, at most π.",
+        description="rad: largest change of any joint that turns between consecutive poses, at most π. An object has "
+        "one for each kind of joint, in m for a linear axis.",
         examples=[1.5708],
     )
+
+    @property
+    def joint_steps(self) -> JointSteps:
+        """`max_joint_step` by kind of joint."""
+        steps = self.max_joint_step
+        return steps if isinstance(steps, JointSteps) else JointSteps(revolute=steps)
+
     time_limit: float | None = Field(
         default=None,
         gt=0.0,

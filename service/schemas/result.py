@@ -43,15 +43,23 @@ class ArmResult(Answer):
     )
     objective: Number = Field(description="This arm's part of the objective.", examples=[68.48])
     joints: Annotated[list[list[float]], Listed] = Field(
-        description="Joint values in rad, one row per pose, job after job.",
+        description="Joint values in rad, or m as `joint_units` says, one row per pose, job after job.",
         examples=[[[0.1, -0.5, 2.4, 0.3, 0.2, 0.1]]],
     )
     minimum_margin: Number = Field(
-        description="rad, smallest distance of any joint to its limits over the path; null if no joint has limits.",
+        description="rad, smallest distance of any joint that turns to its limits over the path; null if none has "
+        "limits.",
         examples=[0.31],
     )
     joint_margins: Annotated[list[Number], Listed] = Field(
-        description="The same per joint; null for joints without limits.", examples=[[0.9, 0.5, 1.1, 0.31, 0.6, 2.2]]
+        description="The same per joint, in its unit; null for joints without limits.",
+        examples=[[0.9, 0.5, 1.1, 0.31, 0.6, 2.2]],
+    )
+    joint_units: list[Literal["rad", "m"]] | None = Field(
+        default=None,
+        description="Units of the joints' values and margins: m for a linear axis. null in results of versions that "
+        "knew none.",
+        examples=[["m", "rad", "rad", "rad", "rad", "rad", "rad"]],
     )
     linear_margins: list[LinearMargin] | None = Field(
         default=None,
@@ -201,7 +209,12 @@ class Verification(Answer):
 
     max_position_error: float = Field(description="m.", examples=[1e-12])
     max_orientation_error: float = Field(description="rad.", examples=[1e-12])
-    max_joint_step: float = Field(description="rad between consecutive poses of a job.", examples=[0.4])
+    max_joint_step: float = Field(
+        description="rad between consecutive poses of a job, of joints that turn.", examples=[0.4]
+    )
+    max_prismatic_step: float | None = Field(
+        default=None, description="m, likewise, of linear axes; null where there is none.", examples=[None]
+    )
     limits_respected: bool = Field(description="Joints and bases are inside their limits.", examples=[True])
 
 

@@ -44,9 +44,15 @@ class Joint(Answer):
     """A joint of a robot."""
 
     name: str = Field(description="Its name.", examples=["shoulder_pan_joint"])
-    lower: float | None = Field(description="Lower limit in rad; null if it turns without end.", examples=[-6.283])
-    upper: float | None = Field(description="Upper limit in rad; null if it turns without end.", examples=[6.283])
-    reference: float = Field(description="rad, used where a request names no reference.", examples=[0.0])
+    type: Literal["revolute", "prismatic"] = Field(
+        description="How it moves: its values are rad, or m if it is prismatic, the linear axis under an arm.",
+        examples=["revolute"],
+    )
+    lower: float | None = Field(
+        description="Lower limit in rad, or m; null if it turns without end.", examples=[-6.283]
+    )
+    upper: float | None = Field(description="Upper limit in rad, or m; null if it turns without end.", examples=[6.283])
+    reference: float = Field(description="rad, or m; used where a request names no reference.", examples=[0.0])
 
 
 class JointSum(Answer):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import radians, tau
 
 import numpy as np
@@ -177,31 +177,40 @@ def _lengths_of_floor_and_couplings(request: LayoutRequest) -> Iterator[tuple[st
             yield f"/coupling/{index}/maximum", [0.0 if coupling.maximum is None else coupling.maximum]
 
 
-def angles_of(request: LayoutRequest) -> Iterator[tuple[str, list[float]]]:
-    """Every angle whose size costs work, with its place."""
+def angles_of(request: LayoutRequest, slides: Sequence[bool] = ()) -> Iterator[tuple[str, list[float]]]:
+    """Every angle whose size costs work, with its place.
+
+    Args:
+        request: a valid request.
+        slides: for each arm, whether its first joint is a linear axis, whose values are no angles; where that is not
+            known yet they are counted among them.
+    """
     for index, arm in enumerate(request.arms):
         at = f"/arms/{index}"
         yield f"{at}/base/yaw", as_list(arm.base.yaw)
         yield f"{at}/mount/roll", [arm.mount.roll]
         yield f"{at}/mount/pitch", [arm.mount.pitch]
-        yield from _joint_angles(at, arm)
+        yield from _joint_angles(at, arm, int(bool(slides) and slides[index]))
     for index, coupling in enumerate(request.coupling):
         if isinstance(coupling, (Direction, Mirror, Rail)):
             yield f"/coupling/{index}/angle", [coupling.angle]
 
 
-def _joint_angles(at: str, arm: Arm) -> Iterator[tuple[str, list[float]]]:
-    for joint, pair in enumerate(arm.limits or []):
+def _joint_angles(at: str, arm: Arm, first: int) -> Iterator[tuple[str, list[float]]]:
+    """Of the joints from the ``first`` on."""
+    for joint, pair in list(enumerate(arm.limits or []))[first:]:
         yield f"{at}/limits/{joint}", pair
     for index, limit in enumerate(arm.linear_limits or []):
         yield f"{at}/linear_limits/{index}/lower", [limit.lower]
         yield f"{at}/linear_limits/{index}/upper", [limit.upper]
     if arm.reference is not None:
-        yield f"{at}/reference", arm.reference
+        yield f"{at}/reference", arm.reference[first:]
     if isinstance(arm, PlacedArm):
-        yield from ((f"{at}/joints/{pose}", values) for pose, values in enumerate(arm.joints or []))
+        yield from ((f"{at}/joints/{pose}", values[first:]) for pose, values in enumerate(arm.joints or []))
     if isinstance(arm.robot, DhTable):
         for joint, row in enumerate(arm.robot.dh):
+            if row.type == "prismatic":
+                continue
             yield f"{at}/robot/dh/{joint}/lower", [row.lower]
             yield f"{at}/robot/dh/{joint}/upper", [row.upper]
 

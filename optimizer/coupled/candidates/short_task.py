@@ -51,8 +51,9 @@ class ShortTask:
         """Keep about ``count`` poses of a cell; ``problems`` are those of its arms."""
         cell = scene.cell
         poses, task = shortened(cell.task, count)
-        between = float(np.max(np.diff(poses), initial=1)) * cell.max_joint_step
-        short = replace(cell, task=task, max_joint_step=min(pi, between))
+        between = float(np.max(np.diff(poses), initial=1))
+        turn, shift = min(pi, between * cell.max_joint_step), between * cell.max_prismatic_step
+        short = replace(cell, task=task, max_joint_step=turn, max_prismatic_step=shift)
         return ShortTask(scene, tuple(problems), poses, _on_task(scene, short), _problems(short, problems))
 
     def at_poses(self, points: Sequence[ArmSolution]) -> tuple[ArmSolution, ...]:

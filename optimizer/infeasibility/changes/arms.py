@@ -10,6 +10,7 @@ import numpy as np
 
 from duocell.models.cell.cell import Cell
 from duocell.models.robot.arm import Arm, Interval, range_weights
+from duocell.models.robot.joint import in_words
 from duocell.models.robot.posture import Posture
 from duocell.optimizer.infeasibility.changes.remedy import FARTHEST, Remedy
 from duocell.optimizer.infeasibility.requirements import Kind, Requirement
@@ -63,6 +64,7 @@ def limits(cell: Cell, requirement: Requirement) -> Remedy:
     a, joint = requirement.index, requirement.joint
     arm = cell.arms[a]
     name = arm.robot.joint_names[joint]
+    shifts = bool(arm.robot.prismatic[joint])
     by_range = np.array_equal(arm.weights, range_weights(arm.lower, arm.upper))  # as the request would get them
 
     def change(amount: float) -> Cell:
@@ -72,9 +74,11 @@ def limits(cell: Cell, requirement: Requirement) -> Remedy:
         return with_arm(cell, a, replace(arm, lower=lower, upper=upper, weights=weights))
 
     def words(amount: float) -> str:
-        return f"let {name} of {arm.name} turn {degrees(amount):.1f}° farther, either way"
+        moves = "go" if shifts else "turn"
+        return f"let {name} of {arm.name} {moves} {in_words(amount, arm.bounded_units[joint], 1)} farther, either way"
 
-    return Remedy(change, words, f"/arms/{a}/limits/{joint}", 0.05, 2.0 * pi, radians(0.1), requirement)
+    fine = 1e-3 if shifts else radians(0.1)
+    return Remedy(change, words, f"/arms/{a}/limits/{joint}", 0.05, 2.0 * pi, fine, requirement)
 
 
 def linear_limit(cell: Cell, requirement: Requirement) -> Remedy:

@@ -156,7 +156,8 @@ def _step(cell: Cell, requirement: Requirement) -> Remedy:
         return f"allow joint steps of {cell.max_joint_step + amount:.3f} rad instead of {cell.max_joint_step:.3g} rad"
 
     def need(joints: Sequence[Floats]) -> Floats:
-        steps = [np.abs(np.diff(own, axis=1))[:, cell.task.joined] for own in joints]
+        turning = [own[..., ~arm.robot.prismatic] for own, arm in zip(joints, cell.arms, strict=True)]
+        steps = [np.abs(np.diff(own, axis=1))[:, cell.task.joined] for own in turning]
         longest: Floats = np.max([np.max(some, axis=(1, 2), initial=0.0) for some in steps], axis=0)
         return longest - cell.max_joint_step
 

@@ -48,9 +48,10 @@ def more_poses(cell: Cell, points: Sequence[ArmSolution]) -> Relaxation | None:
 def _too_long(cell: Cell, joints: Sequence[Floats], cuts: Ints) -> Ints:
     """(m - 1,) into how many parts every step from pose to pose still has to be cut."""
     steps = np.repeat(np.arange(len(cuts)), cuts)
-    widest = np.max([np.max(np.abs(np.diff(q, axis=0)), axis=1) for q in joints], axis=0)
+    shares = [np.abs(np.diff(q, axis=0)) / cell.step_limits(a.robot) for q, a in zip(joints, cell.arms, strict=True)]
+    widest = np.max([np.max(share, axis=1) for share in shares], axis=0)
     factor: Ints = np.ones(len(cuts), dtype=np.int64)
-    parts = np.ceil(widest / cell.max_joint_step - 1e-9).astype(np.int64)
+    parts = np.ceil(widest - 1e-9).astype(np.int64)
     np.maximum.at(factor, steps, np.maximum(parts, 1))
     return np.where(cell.task.joined, factor, 1)
 

@@ -92,7 +92,9 @@ def _of_arm(cell: Cell, a: int, path: PartialPath) -> Iterator[Violation]:
         pose = path.first + int(row)
         yield Violation(frozenset({this, _limit(arm, a, int(joint))}), pose, pose)
     joined = cell.task.joined[path.first : path.last]
-    for row in np.flatnonzero(joined & np.any(np.abs(np.diff(q, axis=0)) > cell.max_joint_step + EXACT, axis=1)):
+    for row in np.flatnonzero(
+        joined & np.any(np.abs(np.diff(q, axis=0)) > cell.step_limits(arm.robot) + EXACT, axis=1)
+    ):
         pose = path.first + int(row)
         yield Violation(frozenset({this, Requirement(Kind.STEP)}), pose, pose + 1)
     for row in np.flatnonzero(wrist_shortfall(arm, q.T[..., None])):

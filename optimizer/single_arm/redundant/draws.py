@@ -19,10 +19,10 @@ from duocell.optimizer.single_arm.redundant.unreduced_problem import UnreducedPr
 
 
 def posture_ranges(problem: UnreducedProblem) -> tuple[Floats, Floats]:
-    """(n,) rad, limits cut to half a turn about the reference."""
+    """(n,) rad or m, limits, those of joints that turn cut to half a turn about the reference."""
     reference = problem.arm.reference
     low, high = np.maximum(problem.lower, reference - np.pi), np.minimum(problem.upper, reference + np.pi)
-    empty = low >= high  # a reference outside of the limits
+    empty = (low >= high) | (problem.turns == 0.0)  # a reference outside of the limits, or no angle
     return np.where(empty, problem.lower, low), np.where(empty, problem.upper, high)
 
 

@@ -166,7 +166,9 @@ def _with_steps(
     """
     n, m, count = joints.shape
     step = np.diff(joints, axis=1)
-    excess = np.sign(step) * np.maximum(np.abs(step) - problem.max_step, 0.0) * problem.joined[:, None]
+    excess = (
+        np.sign(step) * np.maximum(np.abs(step) - problem.step_limits[:, None, None], 0.0) * problem.joined[:, None]
+    )
     if not np.any(excess):
         return force, metric, cost
     pulled, stiff = np.zeros(joints.shape), np.zeros(joints.shape)

@@ -61,7 +61,7 @@ def figures(problem: UnreducedProblem, seeds: Seeds, conditioning: float = 0.0) 
     cost = np.einsum("i,ijk,j->k", problem.joint_weights, off * off, problem.weights) / np.sum(problem.weights)
     low, high = np.min(q, axis=1), np.max(q, axis=1)
     over = np.maximum(problem.lower[:, None] - low, high - problem.upper[:, None])
-    steps = np.abs(np.diff(q, axis=1))[:, problem.joined]
+    steps = np.abs(np.diff(q, axis=1))[:, problem.joined] * problem.step_scale[:, None, None]
     violation = np.zeros(count)
     if conditioning > 0.0:
         values = conditioning_values(problem, flat).reshape(m, count)
@@ -88,7 +88,7 @@ def best_windings(problem: UnreducedProblem, seeds: Seeds) -> Seeds:
         first, last = np.ceil((low - least) / TURN - WHOLE), np.floor((high - most) / TURN + WHOLE)
         turns = np.round((reference - mean) / TURN)
         central = np.round((0.5 * (low + high) - 0.5 * (least + most)) / TURN)
-        part += TURN * np.where(first <= last, np.clip(turns, first, last), central)[:, None]
+        part += (problem.turns[:, None] * np.where(first <= last, np.clip(turns, first, last), central))[:, None]
     keep_sums(problem.arm, np.moveaxis(joints, 1, -1), problem.starts, free_yaw=False)
     return Seeds(joints, seeds.bases)
 

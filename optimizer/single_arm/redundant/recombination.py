@@ -15,8 +15,10 @@ import numpy as np
 from duocell.models.base.arrays import Bools, Floats, Ints
 from duocell.models.kinematics.chain_columns import rotation_vectors
 from duocell.models.robot.arm import TURN
+from duocell.optimizer.monitoring.watch import check_stop
 from duocell.optimizer.parameters.unreduced import UnreducedParameters
 from duocell.optimizer.reduction.linear_sums import sum_excess
+from duocell.optimizer.single_arm.redundant.carriage import carriage_nodes, carried_form
 from duocell.optimizer.single_arm.redundant.conditioning_pull import conditioning_values
 from duocell.optimizer.single_arm.redundant.draws import drawn_postures, fit_to_bases
 from duocell.optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
@@ -42,6 +44,23 @@ def recombined(
     return Seeds(np.stack(paths, axis=2), bases)
 
 
+def over_carriage(problem: UnreducedProblem, bases: Floats, parameters: UnreducedParameters) -> Seeds | None:
+    """The best path for each base (K, 4) of an arm with a closed form on a linear axis; None for other arms, or if some
+    pose is out of reach from all of the bases.
+    """
+    form, paths, kept = carried_form(problem), [], []
+    if form is None:
+        return None
+    for base in bases:
+        check_stop()
+        nodes = carriage_nodes(problem, form, base, parameters.carriage_places)
+        if all(some.shape[1] for some in nodes):
+            layers = [_cheapest(problem, j, some, base, parameters.carriage_nodes) for j, some in enumerate(nodes)]
+            paths.append(_path(problem, layers, 1.0))
+            kept.append(base)
+    return Seeds(np.stack(paths, axis=2), np.array(kept)) if paths else None
+
+
 def distinct_bases(bases: Floats, most: int, apart: float) -> Ints:
     """Indices of the first ``most`` bases (K, 4) that are ``apart`` [m] from each other."""
     kept: list[int] = []
@@ -55,10 +74,15 @@ def distinct_bases(bases: Floats, most: int, apart: float) -> Ints:
 
 def _at(problem: UnreducedProblem, base: Floats, pool: Seeds, parameters: UnreducedParameters, seed: int) -> Floats:
     """(n, m) the best path from one base (4,)."""
-    layers = _layers(problem, base, pool, parameters, seed)
+    return _path(problem, _layers(problem, base, pool, parameters, seed), STEP_SLACK)
+
+
+def _path(problem: UnreducedProblem, layers: list[_Layer], slack: float) -> Floats:
+    """(n, m) the best path through the nodes of all poses; steps may be ``slack`` times as long as allowed."""
     path: list[Floats] = []
     for segment in problem.segments:
-        path += _shortest(layers[segment], problem.endless, STEP_SLACK * problem.max_step)
+        scale = problem.step_scale[:, None, None]
+        path += _shortest(layers[segment], problem.endless, slack * problem.max_step, scale)
     joints = np.stack(path, axis=1)
     for segment in problem.segments:
         joints[problem.endless, segment] = np.unwrap(joints[problem.endless, segment], axis=1)
@@ -96,9 +120,10 @@ def _turned(problem: UnreducedProblem, joints: Floats) -> Floats:
     low, high = problem.lower[:, None, None], problem.upper[:, None, None]
     first, last = np.ceil((low - joints) / TURN - 1e-3), np.floor((high - joints) / TURN + 1e-3)
     turns = np.round((problem.reference_column[:, :, None] - joints) / TURN)
-    joints = joints + TURN * np.where(first <= last, np.clip(turns, first, last), 0.0)
+    whole = problem.turns[:, None, None]
+    joints = joints + whole * np.where(first <= last, np.clip(turns, first, last), 0.0)
     others = []
-    for i in np.flatnonzero((problem.upper - problem.lower >= TURN) & ~problem.endless):
+    for i in np.flatnonzero((problem.upper - problem.lower >= TURN) & ~problem.endless & (problem.turns > 0.0)):
         for turn in (-TURN, TURN):
             other = joints.copy()
             other[i] += turn
@@ -131,6 +156,15 @@ def _node_costs(problem: UnreducedProblem, joints: Floats, base: Floats) -> Floa
     return shaped
 
 
+def _cheapest(problem: UnreducedProblem, pose: int, nodes: Floats, base: Floats, most: int) -> _Layer:
+    """The cheapest of the nodes (n, k) of one pose, in all their turns."""
+    one = problem.only(np.array([pose]), problem.weights[[pose]])
+    joints = _turned(one, nodes[:, None])
+    costs = _node_costs(one, joints, base)[0]
+    order = np.argsort(costs, kind="stable")[:most]
+    return _Layer(joints[:, 0, order], costs[order])
+
+
 def _thinned(joints: Floats, costs: Floats, most: int, spacing: float) -> _Layer:
     """The cheapest nodes, without near copies."""
     order = np.argsort(costs, kind="stable")[: SORTED * most]
@@ -147,12 +181,13 @@ def _thinned(joints: Floats, costs: Floats, most: int, spacing: float) -> _Layer
     return _Layer(some[:, kept], costs[order[kept]])
 
 
-def _shortest(layers: list[_Layer], endless: Bools, allowed: float) -> list[Floats]:
-    """Joints (n,) of each pose of one segment on the cheapest path."""
+def _shortest(layers: list[_Layer], endless: Bools, allowed: float, scale: Floats | float = 1.0) -> list[Floats]:
+    """Joints (n,) of each pose of one segment on the cheapest path; steps count times ``scale`` (n, 1, 1)."""
     total, back = layers[0].costs, []
     for before, after in pairwise(layers):
         step = before.joints[:, :, None] - after.joints[:, None, :]
         step[endless] -= TURN * np.round(step[endless] / TURN)
+        step *= scale
         costs_to = total[:, None] + LEAP_PENALTY * np.maximum(np.max(np.abs(step), axis=0) - allowed, 0.0)
         best = np.argmin(costs_to, axis=0)
         back.append(best)

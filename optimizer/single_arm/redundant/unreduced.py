@@ -23,15 +23,17 @@ from duocell.optimizer.nlp.measure import objective_of
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.parameters.unreduced import PARAMETERS, UnreducedParameters
 from duocell.optimizer.reduction.layers import LayeredPath, finish_path
+from duocell.optimizer.single_arm.redundant.carriage import carried_form, spread_bases
 from duocell.optimizer.single_arm.redundant.gauss_newton import Iterations, gauss_newton
 from duocell.optimizer.single_arm.redundant.held_poses import with_held_poses
 from duocell.optimizer.single_arm.redundant.ranking import best_windings, distinct, figures
-from duocell.optimizer.single_arm.redundant.recombination import distinct_bases, recombined
+from duocell.optimizer.single_arm.redundant.recombination import distinct_bases, over_carriage, recombined
 from duocell.optimizer.single_arm.redundant.stages import (
     MOVED_ERROR,
     Staged,
     carried,
     likely,
+    middle_problem,
     ranked,
     settled,
     staged,
@@ -146,8 +148,11 @@ def _round(cell: Cell, problem: UnreducedProblem, search: UnreducedSearch, nets:
     if found is not None and not nets.late:
         _polish(cell, problem, search, found.seeds, nets)
         doubtful = many_turns(problem) or uneven(found.middle) or _cheaper(cell, problem, search, found.seeds)
+        doubtful = doubtful or carried_form(problem) is not None
         if doubtful and not nets.late:
             _polish(cell, problem, search, _recombined(found, nets), nets)
+    elif found is None and not nets.late:
+        _polish(cell, problem, search, _over_region(problem, nets), nets)
     if (np.any(problem.endless) or not search.optima) and not nets.late:
         _follow(cell, problem, search, nets)
     if not search.optima and found is not None:
@@ -159,7 +164,7 @@ def _round(cell: Cell, problem: UnreducedProblem, search: UnreducedSearch, nets:
 
 def many_turns(problem: UnreducedProblem) -> bool:
     """True if some joint has more than a turn."""
-    return bool(np.any(problem.upper - problem.lower > TURN))
+    return bool(np.any((problem.upper - problem.lower > TURN) & (problem.turns > 0.0)))
 
 
 def uneven(problem: UnreducedProblem) -> bool:
@@ -230,11 +235,22 @@ def _recombined(found: Staged, nets: _Nets) -> Seeds:
     seeds = recombined(middle, bases[which], found.pool, parameters, nets.seed)
     how = Iterations(parameters.final_iterations, parameters.key_pull, parameters.stiff)
     seeds = settled(middle, best_windings(middle, gauss_newton(middle, seeds, how)), parameters)
+    carriage = over_carriage(middle, bases[which], parameters)  # exact already: iterations would move it elsewhere
+    seeds = seeds if carriage is None else carriage.join(seeds)
     seeds = carried(found.problem, seeds, found.middle_poses, parameters)
     both = found.seeds.join(ranked(found.problem, seeds, parameters)[0])
     order = np.arange(len(both))
     kept = distinct(found.problem, both, order, len(both), parameters.near_joints, parameters.near_base)
     return both.take(kept[kept >= len(found.seeds)])
+
+
+def _over_region(problem: UnreducedProblem, nets: _Nets) -> Seeds:
+    """Paths of an arm on a linear axis from bases all over the region; none of other arms."""
+    middle, poses = middle_problem(problem, nets.parameters)
+    found = over_carriage(middle, spread_bases(problem, nets.parameters.carriage_bases, nets.seed), nets.parameters)
+    if found is None:
+        return Seeds(np.empty((problem.dof, len(problem.positions), 0)), np.empty((0, 4)))
+    return ranked(problem, carried(problem, found, poses, nets.parameters), nets.parameters)[0]
 
 
 def _follow(cell: Cell, problem: UnreducedProblem, search: UnreducedSearch, nets: _Nets) -> None:

@@ -17,7 +17,7 @@ from duocell.models.kinematics.branches import posture_of
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.kinematics.chain_columns import ColumnChain, column_chain
 from duocell.models.kinematics.closed_form import closed_form
-from duocell.models.robot.arm import Arm
+from duocell.models.robot.arm import TURN, Arm
 from duocell.optimizer.nlp.program import ArmSolution
 
 ENDLESS = 1e9
@@ -42,9 +42,11 @@ class UnreducedProblem:
         weights: (m,) of the poses, mean of the positive ones 1.
         starts: of the segments.
         joint_weights: (n,) mean of the positive ones 1. metric: (n,) what a step costs, positive.
-        lower: (n,) rad, finite. upper: (n,).
+        lower: (n,) rad or m, finite. upper: (n,).
         base_lower: (4,) x, y, z [m] seen from ``origin``, yaw [rad]. base_upper: (4,).
-        max_step: rad.
+        max_step: rad, of joints that turn.
+        step_scale: (n,) rad that a unit of a joint's step counts for: 1, or rad per m, so that ``max_step`` is the
+            longest step of joints that shift too; 0 where these have none.
     """
 
     arm: Arm
@@ -61,6 +63,19 @@ class UnreducedProblem:
     base_lower: Floats
     base_upper: Floats
     max_step: float
+    step_scale: Floats
+
+    @property
+    def step_limits(self) -> Floats:
+        """(n,) rad or m, the longest step of each joint."""
+        with np.errstate(divide="ignore"):
+            limits: Floats = self.max_step / self.step_scale
+        return limits
+
+    @property
+    def turns(self) -> Floats:
+        """(n,) rad, a whole turn for joints that turn; 0 for those that shift: nothing brings them back."""
+        return np.where(self.arm.robot.prismatic, 0.0, TURN)
 
     @property
     def dof(self) -> int:
@@ -113,10 +128,14 @@ class UnreducedProblem:
         )
 
     def narrowed(self, amount: float) -> UnreducedProblem:
-        """The same with all limits of joints, and of sums of joints, narrower by ``amount`` [rad] at either end."""
-        sums = self.arm.linear_limits
+        """The same with all limits of joints, and of sums of joints, narrower by ``amount`` [rad or m] at either end.
+
+        Of a joint that shifts at most by a tenth of its range.
+        """
+        sums, shifts = self.arm.linear_limits, self.arm.robot.prismatic
+        less = np.where(shifts, np.minimum(amount, 0.1 * (self.upper - self.lower)), amount)
         arm = self.arm if sums is None else replace(self.arm, linear_limits=sums.narrowed(amount))
-        return replace(self, arm=arm, lower=self.lower + amount, upper=self.upper - amount)
+        return replace(self, arm=arm, lower=self.lower + less, upper=self.upper - less)
 
     def moved(self, rotations: Floats, positions: Floats) -> UnreducedProblem:
         """The same with other targets for its poses."""
@@ -156,6 +175,7 @@ def unreduced_problem(cell: Cell, arm: Arm, box: Floats) -> UnreducedProblem:
         base_lower=base[:, 0],
         base_upper=base[:, 1],
         max_step=cell.max_joint_step,
+        step_scale=cell.max_joint_step / cell.step_limits(arm.robot),
     )
 
 

@@ -41,6 +41,11 @@ def in_millimetres(value: float | None) -> str:
     return NONE if value is None else f"{round(1000.0 * value, 1) + 0.0:.1f}"  # never -0.0
 
 
+def in_its_unit(value: float | None, unit: str) -> str:
+    """An angle [rad] in degrees, without a unit, as tables of angles have it; a length [m] with millimetres."""
+    return in_degrees(value) if unit == "rad" or value is None else f"{in_millimetres(value)} mm"
+
+
 def number(value: float | None, digits: int) -> str:
     """A number with some decimals."""
     return NONE if value is None else f"{value:.{digits}f}"

@@ -9,9 +9,18 @@ from rich.markup import escape
 from rich.table import Table
 
 from duocell.models.base.errors import UnknownRobot
+from duocell.models.robot.joint import JointKind
 from duocell.service.cli.exit_codes import Exit
 from duocell.service.cli.input import complain
-from duocell.service.cli.printing.console import NONE, console_on, in_degrees, number, table
+from duocell.service.cli.printing.console import (
+    NONE,
+    console_on,
+    in_degrees,
+    in_its_unit,
+    in_millimetres,
+    number,
+    table,
+)
 from duocell.service.cli.printing.findings import print_findings
 from duocell.service.common.issues import Issue
 from duocell.service.library.library import Library
@@ -65,7 +74,8 @@ def _margins(arms: list[dict[str, Any]]) -> Table:
     headings = ("arm", *(f"joint {index + 1}" for index in range(joints)), "smallest")
     rows = table("Smallest distance to a joint limit [°]", headings)
     for arm in arms:
-        margins = [in_degrees(margin) for margin in arm["joint_margins"]]
+        units = arm.get("joint_units") or len(arm["joint_margins"]) * ["rad"]  # older results have none
+        margins = [in_its_unit(*pair) for pair in zip(arm["joint_margins"], units, strict=True)]
         empty = [""] * (joints - len(margins))
         rows.add_row(escape(arm["name"]), *margins, *empty, in_degrees(arm["minimum_margin"]))
     return rows
@@ -91,7 +101,9 @@ def _evidence(result: dict[str, Any]) -> str:
         errors = f"{check['max_position_error']:.1e} m, {check['max_orientation_error']:.1e} rad"
         limits = "kept" if check["limits_respected"] else "NOT KEPT"
         step = degrees(check["max_joint_step"])
-        lines.append(f"verified: {errors}, largest joint step {step:.1f}°, limits {limits}")
+        shift = check.get("max_prismatic_step")
+        along = "" if shift is None else f" and {in_millimetres(shift)} mm of a linear axis"
+        lines.append(f"verified: {errors}, largest joint step {step:.1f}°{along}, limits {limits}")
     if (proof := result["certificate"]) is not None and proof["lower_bound"] is not None:
         gap = "" if proof["gap"] is None else f", gap {100.0 * proof['gap']:.2f} %"
         state = "proved" if proof["proved"] else "not proved"
@@ -123,7 +135,8 @@ def print_robot(name: str, library: Library) -> int:
     console.print(f"[bold]{robot['name']}[/]: {escape(robot['title'] or NONE)} ({robot['maker'] or NONE})")
     rows = table("", ("joint", "lower [°]", "upper [°]", "reference [°]"))
     for joint in robot["joints"]:
-        rows.add_row(escape(joint["name"]), *(in_degrees(joint[key]) for key in ("lower", "upper", "reference")))
+        unit = JointKind(joint["type"]).unit
+        rows.add_row(escape(joint["name"]), *(in_its_unit(joint[k], unit) for k in ("lower", "upper", "reference")))
     console.print(rows)
     for label, text in (
         *(("limit between joints", _between(row)) for row in robot["linear_limits"]),

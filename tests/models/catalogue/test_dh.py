@@ -12,8 +12,10 @@ from hypothesis import strategies as st
 
 from duocell.models.base.arrays import Floats
 from duocell.models.base.errors import InvalidRobot
+from duocell.models.base.pose import rotation_from_rpy, rotation_x, rotation_z, transform
 from duocell.models.catalogue.dh import DhRow, robot_from_dh
 from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.robot.joint import JointKind
 
 ELBOW = [
     DhRow(-pi / 2, 0.0, 0.4, -3.0, 3.0),
@@ -73,7 +75,7 @@ def test_limits_and_mid_range_come_from_the_table() -> None:
     ],
 )
 def test_faults_are_pointed_at(joint: int, change: dict[str, float], pointer: str) -> None:
-    rows = [replace(row, **change) if i == joint else row for i, row in enumerate(ELBOW)]
+    rows: list[DhRow] = [replace(row, **change) if i == joint else row for i, row in enumerate(ELBOW)]  # type: ignore[arg-type]
     with pytest.raises(InvalidRobot) as caught:
         robot_from_dh("arm", rows)
     assert caught.value.pointer == pointer
@@ -99,3 +101,39 @@ def test_other_numbers_of_joints_are_refused_with_what_is_allowed(count: int) ->
 def test_geometry_that_is_singular_everywhere_is_refused(rows: list[DhRow]) -> None:
     with pytest.raises(InvalidRobot, match="singular in every posture"):
         robot_from_dh("arm", rows)
+
+
+def test_a_linear_axis_adds_its_value_to_d() -> None:
+    """Against the product of the table's four motions, with the first frame anywhere."""
+    start = transform(rotation_from_rpy((0.1, 1.5, -0.4)), [0.2, 0.1, 0.25])
+    axis = DhRow(alpha=0.5, a=0.1, d=0.2, lower=-1.0, upper=2.0, theta_offset=0.3, kind=JointKind.PRISMATIC)
+    robot = robot_from_dh("arm", [axis, *ELBOW], start)
+    assert robot.joint_kinds[0] is JointKind.PRISMATIC
+    assert robot.lower[0] == -1.0
+    assert robot.upper[0] == 2.0
+    q = np.array([0.7, 0.3, -0.8, 1.2, 0.4, -0.9, 0.5])
+    expected = start.copy()
+    for row, value in zip([axis, *ELBOW], q, strict=True):
+        shifts = row.kind is JointKind.PRISMATIC
+        turn = row.theta_offset + (0.0 if shifts else value)
+        expected = expected @ transform(rotation_z(turn), [0.0, 0.0, row.d + (value if shifts else 0.0)])
+        expected = expected @ transform(rotation_x(row.alpha), [row.a, 0.0, 0.0])
+    assert np.allclose(flange_poses(robot, q)[0], expected, rtol=0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("joint", "change", "pointer", "words"),
+    [
+        (2, {}, "/dh/2/type", "only the first joint"),
+        (0, {"upper": 2000.0}, "/dh/0/upper", "-100 to 100 m"),
+        (0, {"lower": 1.0, "upper": 1.0}, "/dh/0/lower", "1 m of joint 1"),
+    ],
+)
+def test_faults_of_linear_axes_are_told_in_metres(
+    joint: int, change: dict[str, float], pointer: str, words: str
+) -> None:
+    rows: list[DhRow] = list(ELBOW)
+    rows[joint] = replace(rows[joint], kind=JointKind.PRISMATIC, **change)
+    with pytest.raises(InvalidRobot, match=words) as caught:
+        robot_from_dh("arm", rows)
+    assert caught.value.pointer == pointer

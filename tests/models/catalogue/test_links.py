@@ -10,13 +10,22 @@ import pytest
 
 from duocell.models.base.arrays import Floats
 from duocell.models.catalogue import catalogue
-from duocell.models.catalogue.links import LinkBody, estimated_radius, link_bodies, provenance, skeleton
+from duocell.models.catalogue.links import (
+    AT_BASE,
+    LinkBody,
+    estimated_bodies,
+    estimated_radius,
+    link_bodies,
+    provenance,
+    skeleton,
+)
 from duocell.models.geometry.bounding import bounding, segment_distances
 from duocell.models.geometry.shapes import Capsule, Sphere
 from duocell.models.kinematics.kinematics import reach
 from duocell.models.kinematics.link_frames import link_frames
 from duocell.models.robot.robot import Robot
 from tests.support.given.arms import general_six, oblique_wrist, puma_by_table
+from tests.support.given.linear_axis import on_linear_axis
 
 ROBOTS = [catalogue.robot(name) for name in catalogue.names()] + [general_six(), oblique_wrist(), puma_by_table()]
 ESTIMATED = [robot for robot in ROBOTS if provenance(link_bodies(robot)) == "estimated"]
@@ -143,3 +152,18 @@ def test_the_upper_arm_of_a_ur_is_beside_its_kinematic_line() -> None:
 def test_a_user_s_robot_does_not_inherit_a_catalogue_name_s_data() -> None:
     robot = replace(general_six(), name="ur10e")
     assert provenance(link_bodies(robot)) == "estimated"
+
+
+def test_the_rail_of_a_linear_axis_spans_its_travel_and_is_no_thicker_than_the_arm() -> None:
+    robot = on_linear_axis("ur10e", travel=(-2.0, 9.0))
+    carried = robot.carried
+    assert carried is not None
+    bodies = estimated_bodies(robot)
+    rail = next(body for body in bodies if body.link == 0)
+    assert isinstance(rail.body.shape, Capsule)
+    assert rail.body.shape.length == pytest.approx(11.0)
+    assert rail.body.shape.radius == pytest.approx(AT_BASE * reach(carried))
+    ends = [rail.body.pose @ np.array([0.0, 0.0, side * 5.5, 1.0]) for side in (-1.0, 1.0)]
+    frames = link_frames(robot, np.array([[-2.0, *6 * [0.0]], [9.0, *6 * [0.0]]]))[:, 1, :3, 3]
+    assert sorted(end[0] for end in ends) == pytest.approx(sorted(frames[:, 0]))
+    assert max(body.body.shape.radius for body in bodies if isinstance(body.body.shape, Capsule)) < 0.2

@@ -111,3 +111,32 @@ def test_links_that_were_named_are_taken() -> None:
     joints = (*arm(), "l6 - tool0", "tool0 > left_finger")
     assert choose_chain(tree(*joints), tip="left_finger").joints[-1] == "to_left_finger"
     assert choose_chain(tree(*joints), "base_link", "l6").tip == "l6"
+
+
+RAILED = ["world - rail", "rail | base_link", *arm()]
+
+
+def test_a_linear_axis_belongs_to_the_arm_where_the_base_is_below_it() -> None:
+    alone = choose_chain(tree(*RAILED))
+    assert alone.joints[0] == "to_l1"
+    [offered] = [one for one in alone.alternatives if one.joints[0] == "to_base_link"]
+    assert offered.base_link == "rail"
+    choice = choose_chain(tree(*RAILED), offered.base_link)
+    assert choice.joints == offered.joints
+    assert len(choice.joints) == 7
+    assert not [one for one in choice.alternatives if one.joints[0] == "to_l1"]
+
+
+@pytest.mark.parametrize(
+    ("joints", "words"),
+    [
+        (["rail | cross", "cross | base_link", *arm()], "to_base_link .* is prismatic"),
+        (["rail > turntable", "turntable | base_link", *arm()], "to_base_link .* is prismatic"),
+        (["rail | base_link", *arm(count=7)], "8 joints with its linear axis"),
+        (["rail | base_link", *arm(count=4)], "5 joints with its linear axis"),
+    ],
+)
+def test_other_sliding_joints_are_refused(joints: list[str], words: str) -> None:
+    last = joints[-1].split()[-1]
+    with pytest.raises(InvalidRobot, match=words):
+        choose_chain(tree(*joints), "rail", last)

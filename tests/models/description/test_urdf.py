@@ -7,11 +7,13 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from scipy.spatial.transform import Rotation
 
 from duocell.models.base.arrays import Floats
 from duocell.models.base.errors import InvalidRobot
+from duocell.models.base.pose import transform
 from duocell.models.catalogue import catalogue
 from duocell.models.description.urdf import robot_from_urdf
 from duocell.models.kinematics.kinematics import flange_poses
@@ -235,3 +237,41 @@ def test_singular_mid_range_gets_a_working_reference(tmp_path: Path) -> None:
     read = robot_from_urdf(written(tmp_path, urdf_of(catalogue.robot("puma560"))), "base", "tool0")
     assert abs(read.reference[4]) == pytest.approx(np.radians(50))
     assert "axis_5" in read.reference_source
+
+
+def on_track(**limit: str) -> ElementTree.Element:
+    """The PUMA on a track."""
+    root = urdf_of(catalogue.robot("puma560"))
+    root.insert(0, ElementTree.Element("link", name="track"))
+    pedestal = next(joint for joint in root.iter("joint") if joint.get("name") == "pedestal")
+    root.remove(pedestal)
+    add_joint(root, "pedestal", "fixed", "world", "track", np.eye(4))
+    joint = add_joint(root, "axis_0", "prismatic", "track", "base", transform(np.eye(3), [0.0, 0.1, 0.4]), "1 0 0")
+    ElementTree.SubElement(joint, "limit", limit, effort="1", velocity="1")
+    return root
+
+
+def test_linear_axis_under_an_arm(tmp_path: Path) -> None:
+    """By Pinocchio on the whole file, and by the arm without the track."""
+    file = written(tmp_path, on_track(lower="-0.5", upper="3"))
+    robot = robot_from_urdf(file, "track", "tool0")
+    assert [kind.value for kind in robot.joint_kinds] == ["prismatic", *6 * ["revolute"]]
+    assert (robot.lower[0], robot.upper[0]) == (-0.5, 3.0)
+    assert robot.reference[0] == pytest.approx(1.25)
+    model = pin.buildModelFromUrdf(str(file))
+    data, rng = model.createData(), np.random.default_rng(1)
+    for q in rng.uniform(-0.5, 0.5, (5, 7)):
+        pin.framesForwardKinematics(model, data, np.append(q, 0.0))  # with the finger of the gripper
+        flange = data.oMf[model.getFrameId("tool0")].homogeneous
+        assert np.allclose(flange_poses(robot, q)[0], flange, rtol=0.0, atol=1e-12)
+    alone = robot_from_urdf(file, "base", "tool0")
+    assert alone.dof == 6
+
+
+@pytest.mark.parametrize(
+    ("limit", "words"), [({"lower": "1", "upper": "1"}, r"no range \(1 to 1 m\)"), ({"upper": "900"}, "100 m")]
+)
+def test_linear_axes_need_a_range_in_metres(limit: dict[str, str], words: str, tmp_path: Path) -> None:
+    with pytest.raises(InvalidRobot, match=words) as caught:
+        robot_from_urdf(written(tmp_path, on_track(**limit)), "track", "tool0")
+    assert caught.value.pointer == "/joints/axis_0"

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from duocell.models.base.pose import rotation_x
 from duocell.models.kinematics.kinematics import flange_poses
-from duocell.optimizer.reduction.layers import BEYOND, LEAP, _shortest, best_path, layers_at, node_costs
+from duocell.optimizer.reduction.layers import BEYOND, LEAP, StepLimits, _shortest, best_path, layers_at, node_costs
 from tests.support.angles import TURN, wrapped
 from tests.support.given.arms import make_arm
 from tests.support.given.tasks import possible
@@ -32,7 +32,8 @@ def test_the_cheapest_path_through_random_layers_is_found(seed: int, sizes: list
         steps = [float(np.abs(wrapped(b - a)).max()) for a, b in pairwise(chosen)]
         return cost + sum(LEAP * max(step - max_step, 0.0) + 1e-6 * step for step in steps)
 
-    said, found = _shortest(layers, costs, max_step)
+    limits = StepLimits(np.full(layers[0].shape[1], max_step), np.zeros(layers[0].shape[1], dtype=np.bool_))
+    said, found = _shortest(layers, costs, limits)
     best = min(total(path) for path in product(*(range(size) for size in sizes)))
     assert len(found) == len(sizes)
     assert said == pytest.approx(best, rel=1e-9, abs=1e-9)

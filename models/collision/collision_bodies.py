@@ -108,7 +108,7 @@ def _collected(arms: tuple[Arm, ...], surroundings: Surroundings, holders: tuple
         groups.setdefault(group, []).append(len(entries))
         entries.append(entry)
     bounds = [None if isinstance(body.shape, HalfSpace) else bounding(body.shape) for _, _, body in entries]
-    pairs = _pairs(arms, surroundings, entries, groups, bounds)
+    pairs = _pairs(arms, surroundings, entries, groups)
     segment_of = {i: segment for (group, segment), members in groups.items() if group == _PIECE for i in members}
     return _arrays(arms, surroundings, entries, bounds, pairs, [segment_of.get(j, EVERY) for _, _, j in pairs])
 
@@ -157,31 +157,35 @@ def _pairs(
     surroundings: Surroundings,
     entries: list[Entry],
     groups: dict[tuple[str, int], list[int]],
-    bounds: list[Bounding | None],
 ) -> list[tuple[PairClass, int, int]]:
     """Pairs of the classes asked for."""
-    asked = {kind for kind in PairClass if surroundings.clearances.required(kind) is not None}
     of_arm = [groups.get((_ARM, a), []) for a in range(len(arms))]
     obstacles, part = (groups.get((group, 0), []) for group in (_OBSTACLE, _PART))
     pieces = [j for (group, _), members in groups.items() if group == _PIECE for j in members]
     pairs: list[tuple[PairClass, int, int]] = []
-    for a, arm in enumerate(arms):
-        own = of_arm[a]
-        others = [j for b in range(a + 1, len(arms)) for j in of_arm[b]]
-        pairs += [(PairClass.ARM_ARM, i, j) for i in own for j in others]
-        holding = [i for i in own if entries[i][1].link == arm.dof]
-        pairs += [(PairClass.ARM_PART, i, j) for i in own if i not in holding for j in pieces]
+    for a, (arm, own) in enumerate(zip(arms, of_arm, strict=True)):
+        others = [j for later in of_arm[a + 1 :] for j in later]
+        off_the_part = [i for i in own if entries[i][1].link != arm.dof]  # the last link holds it
         floor = _stood_on(surroundings, arm, [(j, entries[j][2]) for j in obstacles])
+        pairs += [(PairClass.ARM_ARM, i, j) for i in own for j in others]
+        pairs += [(PairClass.ARM_PART, i, j) for i in off_the_part for j in pieces]
         pairs += [
             (PairClass.ARM_OBSTACLE, i, j) for i in own for j in obstacles if entries[i][1].link != 0 or j not in floor
         ]
-        if PairClass.SELF in asked:
-            links = [entries[i][1].link or 0 for i in own]
-            solids = _with_plate(surroundings, arm, [entries[i][2] for i in own])
-            kept = self_pairs(arm.robot, links, solids, [bounding(b.shape) for b in solids], arm.lower, arm.upper)
-            pairs += [(PairClass.SELF, own[i], own[j]) for i, j in kept]
+        if surroundings.clearances.required(PairClass.SELF) is not None:
+            pairs += _self_pairs(arm, surroundings, entries, own)
     pairs += [(PairClass.PART_OBSTACLE, i, j) for i in part for j in obstacles]
-    return [pair for pair in pairs if pair[0] in asked]
+    return [pair for pair in pairs if surroundings.clearances.required(pair[0]) is not None]
+
+
+def _self_pairs(
+    arm: Arm, surroundings: Surroundings, entries: list[Entry], own: list[int]
+) -> list[tuple[PairClass, int, int]]:
+    """Pairs of an arm's own bodies that can meet."""
+    links = [entries[i][1].link or 0 for i in own]
+    solids = _with_plate(surroundings, arm, [entries[i][2] for i in own])
+    kept = self_pairs(arm.robot, links, solids, [bounding(b.shape) for b in solids], arm.lower, arm.upper)
+    return [(PairClass.SELF, own[i], own[j]) for i, j in kept]
 
 
 def _with_plate(surroundings: Surroundings, arm: Arm, bodies: list[Body]) -> list[Body]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -57,52 +58,97 @@ def keep_conditioning(
     Returns:
         The best answer that holds the constraint, or None.
     """
-    wanted = float(arm.min_conditioning or 0.0)
-    point, before, more = start, np.inf, 0.0
-    values, gradients = conditioning_gradients(arm, point.joints)
-    best: Solve | None = None
-    seen: list[tuple[float, float]] = []
+    rounds = _Rounds(arm, start, radius)
     for _ in range(CUT_ROUNDS):
-        cuts = _cuts(point.joints, wanted + more, values, gradients)
-        result = solve(point, cuts, radius)
-        if time.perf_counter() > deadline or radius < SMALLEST_TRUST:
+        result = solve(rounds.point, rounds.cuts, rounds.radius)
+        if time.perf_counter() > deadline or rounds.radius < SMALLEST_TRUST or not rounds.go_on_from(result):
             break
-        violation = np.inf
-        if result.status.has_point:
-            new_values, new_gradients = conditioning_gradients(arm, result.points[0].joints)
-            violation = max(wanted - float(np.min(new_values)), 0.0)
-        if violation == 0.0 and np.isfinite(before) and abs(result.objective - before) <= SETTLED * max(1.0, before):
-            best = result if best is None or result.objective < best.objective else best
-            break
-        violated = max(wanted - float(np.min(values)), 0.0) if np.isfinite(radius) else np.inf
-        if (
-            violation == np.inf
-            or violation > violated + ALLOWED * wanted
-            or _dominated((result.objective, violation), seen)
-        ):
-            if not np.isfinite(radius):
-                break
-            radius *= SHRINK
-            continue
-        point, values, gradients = result.points[0], new_values, new_gradients
-        radius *= GROW if violation <= CLOSE * wanted else HALVE
+    return rounds.best
+
+
+@dataclass(eq=False, slots=True)
+class _Rounds:
+    """Where the rounds of cuts stand.
+
+    Attributes:
+        arm: the arm. point: the last accepted answer. radius: rad that joints may move from it.
+        best: the cheapest answer that holds the constraint.
+    """
+
+    arm: Arm
+    point: ArmSolution
+    radius: float
+    best: Solve | None = None
+    _values: Floats = field(init=False)  # σmin/σmax at the point, and its derivatives
+    _gradients: Floats = field(init=False)
+    _extra: float = 0.0  # conditioning asked for beyond what is wanted: answers to rows that bend miss a little
+    _before: float = np.inf  # objective of the last accepted answer
+    _filter: list[tuple[float, float]] = field(default_factory=list)  # objective and violation of accepted answers
+
+    def __post_init__(self) -> None:
+        self._values, self._gradients = conditioning_gradients(self.arm, self.point.joints)
+
+    @property
+    def _wanted(self) -> float:
+        return float(self.arm.min_conditioning or 0.0)
+
+    @property
+    def cuts(self) -> Cuts:
+        """Tangents at the point."""
+        return _cuts(self.point.joints, self._wanted + self._extra, self._values, self._gradients)
+
+    def go_on_from(self, result: Solve) -> bool:
+        """Accept or refuse an answer; False where no further round is of use."""
+        if not result.status.has_point:
+            return self._refuse()
+        values, gradients = conditioning_gradients(self.arm, result.points[0].joints)
+        violation = self._violation(values)
+        if violation == 0.0 and self._is_settled(result.objective):
+            self._note_best(result)
+            return False
+        lost = np.isfinite(self.radius) and violation > self._violation(self._values) + ALLOWED * self._wanted
+        if lost or self._is_dominated(result.objective, violation):
+            return self._refuse()
+        self.point, self._values, self._gradients = result.points[0], values, gradients
+        self._trust(violation)
+        self._filter.append((result.objective, violation))
+        self._before = result.objective
         if violation == 0.0:
-            more *= SHRINK
-        elif violation <= CLOSE * wanted:  # answers to rows that bend may miss the same little again and again
-            more = min(more + violation, CLOSE * wanted)
-        seen.append((result.objective, violation))
-        before = result.objective
-        if violation == 0.0 and (best is None or result.objective < best.objective):
-            best = result
-    return best
+            self._note_best(result)
+        return True
 
+    def _refuse(self) -> bool:
+        """Trust the tangents less; False where they are trusted without bounds."""
+        self.radius *= SHRINK
+        return bool(np.isfinite(self.radius))
 
-def _dominated(one: tuple[float, float], seen: list[tuple[float, float]]) -> bool:
-    """Whether something seen is about as good in the objective and in the violation of the conditioning."""
-    objective, violation = one
-    return any(
-        objective >= (1.0 - SETTLED) * known and violation >= (1.0 - LESS) * violated for known, violated in seen
-    )
+    def _trust(self, violation: float) -> None:
+        """Trust the tangents as far as the answer kept what they promised, and ask for what it missed by."""
+        close = CLOSE * self._wanted
+        self.radius *= GROW if violation <= close else HALVE
+        if violation == 0.0:
+            self._extra *= SHRINK
+        elif violation <= close:
+            self._extra = min(self._extra + violation, close)
+
+    def _is_settled(self, objective: float) -> bool:
+        """True if renewed cuts no longer move the answer."""
+        before = self._before
+        return bool(np.isfinite(before)) and abs(objective - before) <= SETTLED * max(1.0, before)
+
+    def _note_best(self, result: Solve) -> None:
+        if self.best is None or result.objective < self.best.objective:
+            self.best = result
+
+    def _violation(self, values: Floats) -> float:
+        return max(self._wanted - float(np.min(values)), 0.0)
+
+    def _is_dominated(self, objective: float, violation: float) -> bool:
+        """True if an accepted answer is about as good in the objective and in the violation of the conditioning."""
+        return any(
+            objective >= (1.0 - SETTLED) * known and violation >= (1.0 - LESS) * violated
+            for known, violated in self._filter
+        )
 
 
 def _cuts(joints: Floats, wanted: float, values: Floats, gradients: Floats) -> Cuts:

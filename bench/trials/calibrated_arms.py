@@ -156,7 +156,7 @@ def _descent(task: Planted, start: ArmSolution) -> float:
         if not np.all(reached):
             return 1e6
         point = ArmSolution(place[:3], float(place[3]), q)
-        value = objective_of(cell.task, arm, q)
+        value = objective_of(cell, arm, q)
         beyond = float(np.sum(np.maximum(arm.lower - q, 0.0) + np.maximum(q - arm.upper, 0.0)))
         if value < best and check(cell, arm, point).usable:
             best, joints = value, q

@@ -15,6 +15,7 @@ from duocell.models.cell.coupling import Coupling
 from duocell.models.cell.pose_freedom import PoseFreedom, pose_freedom
 from duocell.models.cell.surroundings import Surroundings
 from duocell.models.cell.task import Task
+from duocell.models.objective.objective import JOINT_AVAILABILITY, Objective
 from duocell.models.robot.arm import Arm
 from duocell.models.robot.robot import Robot
 
@@ -34,6 +35,7 @@ class Cell:
         surroundings: obstacles, part, floor, equipment of the arms, and the distances to keep.
         couplings: ties between the bases.
         max_prismatic_step: m, the same of prismatic joints; infinite: as far as they go.
+        objective: what the layout is to be best at.
 
     Raises:
         InvalidInput: two arms have the same name; answers could not tell them apart.
@@ -46,6 +48,7 @@ class Cell:
     surroundings: Surroundings = field(default_factory=Surroundings)
     couplings: tuple[Coupling, ...] = ()
     max_prismatic_step: float = inf
+    objective: Objective = JOINT_AVAILABILITY
 
     def __post_init__(self) -> None:
         names = [arm.name for arm in self.arms]

@@ -37,6 +37,25 @@ def flange_function(robot: Robot) -> ca.Function:
     return function
 
 
+def tool_jacobian(robot: Robot, joints: ca.SX, point: ca.SX) -> ca.SX:
+    """Jacobian of a point of the hand in symbols, in axes parallel to the base frame, linear rows first.
+
+    Args:
+        robot: the chain.
+        joints: (n,) rad.
+        point: (3,) m, in the flange frame.
+
+    Returns:
+        (6, n), by derivatives of the pose, so it holds for joints of any kind.
+    """
+    rotation, position = flange_function(robot)(joints)
+    columns = []
+    for k in range(robot.dof):
+        spin = ca.reshape(ca.jtimes(ca.vec(rotation), joints, ca.DM.eye(robot.dof)[:, k]), 3, 3) @ rotation.T
+        columns.append(ca.vertcat(spin[2, 1], spin[0, 2], spin[1, 0]))
+    return ca.vertcat(ca.jacobian(position + rotation @ point, joints), ca.horzcat(*columns))
+
+
 def _build(robot: Robot) -> ca.Function:
     """Product of placements and joint motions over the chain, expanded to scalars."""
     model = pinocchio_model(robot)

@@ -9,7 +9,7 @@ without an inverse-kinematics solution. An infeasible start goes through an exte
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 from time import perf_counter
 
@@ -19,6 +19,7 @@ from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import inverse, rotation_angle, rotation_z, transform
 from duocell.models.cell.cell import Cell
 from duocell.models.kinematics.kinematics import characteristic_length, conditioning, flange_poses
+from duocell.models.objective.objective import JOINT_AVAILABILITY
 from duocell.models.robot.arm import Arm
 from duocell.models.robot.posture import ALL_SIGNS, Signs, name_signs
 from duocell.optimizer.baselines.gradient import Followed, PostureFunction, paths_at
@@ -204,6 +205,7 @@ def run_baseline(method: str, cell: Cell, settings: Settings) -> Baseline:
     """
     began = perf_counter()
     deadline = began + settings.time_limit
+    asked, cell = cell.objective, replace(cell, objective=JOINT_AVAILABILITY)
     sides: list[tuple[BaselineArm, BaselineArm]] = []
     notes: list[str] = []
     for index, arm in enumerate(cell.arms):
@@ -221,6 +223,8 @@ def run_baseline(method: str, cell: Cell, settings: Settings) -> Baseline:
     arms = assignments[best]
     if arms:
         notes.append(f"the other assignment of the arms to the sides ends {_describe(assignments[1 - best])}")
+    if not asked.bounded:
+        notes.append(f"the method minimises {cell.objective.name}, as its source does, not {asked.name}")
     complete = len(arms) == len(cell.arms)
     feasible = complete and all(arm.feasible for arm in arms)
     objective = _total(arms) if complete else None

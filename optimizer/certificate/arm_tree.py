@@ -70,6 +70,7 @@ class ArmTree:
             known: a layout of the cell is, so that costs are of interest; else nothing that a check lets pass is
                 excluded: bases that are out of their region and hands that are off their poses by as little.
         """
+        problem = problem.for_bounds()
         self.problem = problem
         self.bounder = BoxBounder.of(problem, checks=not known)
         kinematics = self.bounder.kinematics

@@ -72,6 +72,9 @@ def certify(
 ) -> ArmProof:
     """Bound one arm's objective from below over its whole base region, all admitted postures, yaws and windings.
 
+    Where something else than joint availability is asked for, it is joint availability that is bounded and minimised
+    all the same: then only a proof that there is no path is of use, or a path where none was known.
+
     Args:
         problem: the arm's reduced problem on the full task.
         incumbent: objective of a usable path, if one is known (of the arm that is asked about, see
@@ -107,6 +110,7 @@ class BranchAndBound:
     def __init__(self, problem: ReducedProblem, incumbent: float | None, settings: CertificateSettings) -> None:
         self.started = time.perf_counter()
         self.deadline = self.started + settings.time_limit
+        problem = problem.for_bounds()
         self.problem, self.settings, self.given = problem, settings, incumbent
         self.stands_for_another = not problem.apart.negligible
         self.found: Incumbent | None = None

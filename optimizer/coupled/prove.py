@@ -11,11 +11,15 @@ import numpy as np
 
 from duocell.models.cell.cell import Cell
 from duocell.models.kinematics.nominal import Nominal
+from duocell.models.objective.objective import JOINT_AVAILABILITY
 from duocell.optimizer.certificate.certify import certify
 from duocell.optimizer.certificate.together import prove_together
 from duocell.optimizer.coupled.found import CoupledSearch
+from duocell.optimizer.coupled.refinements import as_it_is
+from duocell.optimizer.monitoring.watch import unheard
 from duocell.optimizer.nlp.measure import objective_of
 from duocell.optimizer.nlp.program import ArmSolution
+from duocell.optimizer.progress.incumbents import recording
 from duocell.optimizer.reasons.reasons import explain_proof
 from duocell.optimizer.results.layout import ArmCertificate, Certificate
 from duocell.optimizer.results.proof import ArmProof, relative_gap
@@ -25,6 +29,8 @@ from duocell.optimizer.single_arm.as_drawn import problem_of_drawing, starts_fro
 from duocell.optimizer.single_arm.local import solve_locally
 from duocell.optimizer.single_arm.passable import best_passable
 from duocell.optimizer.single_arm.refinement import path_from
+from duocell.optimizer.sqp.refine import refine
+from duocell.optimizer.verification.scene import Scene
 from duocell.optimizer.verification.verify import check
 
 log = logging.getLogger(__name__)
@@ -51,6 +57,54 @@ def prove(
         settings: gap to reach; time limit and boxes are shared by the arms.
         report: told what is being done and the share of it that is done.
     """
+    if cell.objective.bounded:
+        return _prove(cell, searches, coupled, settings, report)
+    return _prove_feasibility(cell, searches, coupled, settings, report)
+
+
+def _prove_feasibility(
+    cell: Cell,
+    searches: list[ArmSearch],
+    coupled: CoupledSearch,
+    settings: CertificateSettings,
+    report: Callable[[str, float], None],
+) -> Certificate:
+    """For objectives without lower bounds: whether there is a layout at all, where the search found none."""
+    without = [search for search in searches if search.best is None]
+    if coupled.found or not (without or cell.coupled):
+        return _not_bounded(cell, settings)
+    bounded = replace(cell, objective=JOINT_AVAILABILITY)
+    whole = cell.coupled and not any(search.problem is None for search in searches)
+    with unheard(), recording(bounded, time.perf_counter()):  # its layouts are not what was asked for
+        certificate = _prove(bounded, searches if whole else without, coupled, settings, report)
+    for search in without:
+        if search.best is not None:
+            search.objective = objective_of(cell, search.arm, search.best.joints)
+            _take_over(cell, search, search.best, search.objective)
+    scene = Scene.of(cell)
+    found = [refine(scene, one.points, time.perf_counter() + PATIENCE) for one in coupled.found]
+    known = [as_it_is(scene, one.points) for one in coupled.found]
+    coupled.found.clear()
+    for one in (*known, *found):
+        coupled.keep(one)
+    return certificate if certificate.infeasible else _not_bounded(cell, settings)
+
+
+def _not_bounded(cell: Cell, settings: CertificateSettings) -> Certificate:
+    """No proof, and why there is none."""
+    note = f"no lower bound is known of {cell.objective.name}; how good the answer is rests on the search alone"
+    arms = tuple(ArmCertificate(arm.name, None, None, False, 0, 0.0, note) for arm in cell.arms)
+    return Certificate(None, None, False, 0, 0.0, arms, settings.gap)
+
+
+def _prove(
+    cell: Cell,
+    searches: list[ArmSearch],
+    coupled: CoupledSearch,
+    settings: CertificateSettings,
+    report: Callable[[str, float], None],
+) -> Certificate:
+    """The proof for joint availability."""
     problems = [search.problem for search in searches if search.problem is not None]
     if cell.coupled and len(problems) == len(searches) and not any(search.proved for search in searches):
         certificate, proof = prove_together(cell, problems, coupled.found, settings, report)
@@ -132,7 +186,7 @@ def _prove_drawing(cell: Cell, search: ArmSearch, meant: Nominal, settings: Cert
     elif proof.found is not None:
         drawn = [(proof.found.objective, path_from(problem, proof.found.position, proof.found.signs))]
         for start in starts_from(cell, arm, meant, drawn, time.perf_counter() + PATIENCE):
-            _take_over(cell, search, start, objective_of(cell.task, arm, start.joints))
+            _take_over(cell, search, start, objective_of(cell, arm, start.joints))
     found = _certificate(search, proof, settings)
     return replace(found, note=f"{found.note or what_is_bounded()}; {what_is_covered(meant)}")
 

@@ -167,7 +167,7 @@ def _judged(cell: Cell, arm: Arm, point: ArmSolution, looked_at: int) -> Standin
     if not reasons:
         checked = check_arm_path(cell, arm, point)
         reasons = arm_path_faults(checked.breaks, checked.beyond)
-    return Standing(arm, point, found, objective_of(cell.task, arm, point.joints), reasons, looked_at)
+    return Standing(arm, point, found, objective_of(cell, arm, point.joints), reasons, looked_at)
 
 
 def intervals(arm: Arm) -> tuple[Interval, ...]:

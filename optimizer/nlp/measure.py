@@ -15,11 +15,14 @@ from duocell.models.kinematics.closed_form import ClosedForm
 from duocell.models.kinematics.kinematics import characteristic_length, conditioning
 from duocell.models.kinematics.nominal import posture_form, singular_fifth
 from duocell.models.kinematics.wrist_singularity import wrist_distance
+from duocell.models.objective.measure import Measure
+from duocell.models.objective.registry import MEASURES
 from duocell.models.robot.arm import Arm
 from duocell.models.robot.posture import name_signs
 from duocell.models.robot.robot import Robot
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.results.layout import SegmentShare
+from duocell.optimizer.results.measured import Measured, TermShare
 from duocell.optimizer.results.placement import Placement
 
 
@@ -51,9 +54,9 @@ def step_excess(cell: Cell, arm: Arm, joints: Floats) -> float:
     return float(np.max(largest_steps(cell.task, joints) - cell.step_limits(arm.robot)))
 
 
-def objective_of(task: Task, arm: Arm, joints: Floats) -> float:
-    """E (8.21) of one arm from joint values (m, n) rad."""
-    return float(np.sum(task.weights[:, None] * (arm.weights * (joints - arm.reference) ** 2)))
+def objective_of(cell: Cell, arm: Arm, joints: Floats) -> float:
+    """What one arm contributes to the objective of a cell, from joint values (m, n) rad."""
+    return cell.objective.of_path(arm, joints, cell.task.weights)
 
 
 def segment_shares(cell: Cell, placements: Sequence[Placement]) -> tuple[SegmentShare, ...]:
@@ -63,7 +66,7 @@ def segment_shares(cell: Cell, placements: Sequence[Placement]) -> tuple[Segment
     shares = []
     for index, segment in enumerate(cell.task.segments):
         task = cell.task.alone(index)
-        costs = [objective_of(task, arms[found.arm], found.joints[segment]) for found in placements]
+        costs = [cell.objective.of_path(arms[found.arm], found.joints[segment], task.weights) for found in placements]
         weight = float(np.max(task.weights))
         shares.append(SegmentShare(task.names[0], segment.start, len(task), weight, sum(costs) if complete else None))
     return tuple(shares)
@@ -80,7 +83,7 @@ def placed(cell: Cell, arm: Arm, point: ArmSolution) -> Placement:
         yaw=arm.base.yaw_in_interval(point.yaw),
         joints=point.joints,
         posture=None if form is None else name_signs(point.signs or path_signs(form, point.joints)),
-        objective=objective_of(cell.task, arm, point.joints),
+        objective=objective_of(cell, arm, point.joints),
         joint_margins=margins,
         minimum_margin=float(np.min(margins, where=~arm.robot.prismatic, initial=np.inf)),
         minimum_conditioning=float(np.min(conditioning(arm.robot, arm.tool, point.joints, length))),
@@ -92,7 +95,22 @@ def placed(cell: Cell, arm: Arm, point: ArmSolution) -> Placement:
         linear_margins=linear_margins(arm, point.joints),
         mounting_face=None if arm.robot.mounting_face is None else arm.robot.mounting_face.pose,
         geometry=provenance(cell.surroundings.links(arm)),
+        measures=tuple(_measured(measure, arm, point.joints) for measure in MEASURES.values()),
+        terms=tuple(
+            TermShare(
+                term.measure.name,
+                term.weight,
+                term.measure.cost_unit,
+                float(cell.task.weights @ term.measure.costs(arm, point.joints)),
+            )
+            for term in cell.objective.terms
+        ),
     )
+
+
+def _measured(measure: Measure, arm: Arm, joints: Floats) -> Measured:
+    values = measure.values(arm, joints)
+    return Measured(measure.name, measure.unit, *(float(f(values)) for f in (np.min, np.mean, np.max)))
 
 
 def _singularity_distances(arm: Arm, form: ClosedForm, joints: Floats) -> dict[str, float]:

@@ -69,11 +69,11 @@ class Program:
     Attributes:
         arms: the arms in it.
         structure: compiled symbols: unknowns, rows and derivatives.
-        parameters: (p,) per arm: targets, weights of the joints, reference, weights of the poses, cuts.
+        parameters: (p,) per arm: targets, weights of the poses, of every measure its weight and numbers, cuts.
         lower: (N,) bounds of the unknowns. upper: (N,).
         rows_lower: (M,) bounds of the rows. rows_upper: (M,).
         max_joint_step: rad.
-        scale: what the weights are divided by inside the program, so that tolerances mean the same for all weights.
+        scale: what the objective is divided by inside the program, so that tolerances mean the same for all of them.
     """
 
     arms: tuple[Arm, ...]
@@ -151,8 +151,10 @@ def build_program(
     robots, linear = tuple(arm.robot for arm in arms), tuple(_linear_rows(arm) for arm in arms)
     freedoms = [cell.freedom(arm) for arm in arms]
     kinds = tuple(freedom.kind for freedom in freedoms)
-    structure = structure_of(robots, mounts, poses, keep_shoulder, steps, cuts is not None, linear, kinds)
-    scale = float(np.mean([arm.weight_scale for arm in arms])) * cell.task.weight_scale
+    structure = structure_of(
+        robots, mounts, poses, keep_shoulder, steps, cuts is not None, linear, kinds, cell.objective.measures
+    )
+    scale = float(np.mean([cell.objective.scale(arm) for arm in arms])) * cell.task.weight_scale
     parts = [
         _arm_numbers(cell, arm, freedom, point, structure, scale, clear)
         for arm, freedom, point in zip(arms, freedoms, points, strict=True)
@@ -221,7 +223,6 @@ def _arm_numbers(
     lengths = [segment.stop - segment.start for segment in segments]
     low, high = (np.repeat([side[end] for side in sides], lengths, axis=0) for end in (0, 1))
     low, high = np.concatenate([low, freedom.lower], axis=1), np.concatenate([high, freedom.upper], axis=1)
-    costless = np.zeros(freedom.count)
     base = arm.base.bounds.copy()
     if arm.base.yaw_free:
         base[3] = -np.inf, np.inf  # the reported yaw is brought back into the interval afterwards
@@ -233,11 +234,12 @@ def _arm_numbers(
         parameters=np.concatenate(
             [
                 freedom_numbers(freedom).T.ravel(),
-                arm.weights / scale,
-                costless,
-                arm.reference,
-                costless,
                 cell.task.weights,
+                *(
+                    number
+                    for term in cell.objective.terms
+                    for number in ([term.weight / scale], term.measure.numbers(arm))
+                ),
             ]
         ),
         lower=np.concatenate([base[:, 0], low.ravel()]),

@@ -8,13 +8,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import pairwise
 
 import casadi as ca
 import numpy as np
 
 from duocell.models.base.arrays import Floats
 from duocell.models.cell.pose_freedom import EQUATIONS
+from duocell.models.objective.measure import Measure
+from duocell.models.objective.objective import JOINT_AVAILABILITY
+from duocell.models.objective.pose_cost import PoseCost, pose_cost
 from duocell.models.robot.robot import Robot
 from duocell.optimizer.nlp.pose_rows import BASE, Kind, Mount, PoseRows, hessian_pattern, pose_rows, target_size
 
@@ -69,6 +71,7 @@ def structure_of(
     cuts: bool,
     linear: tuple[LinearRows, ...] = (),
     kinds: tuple[Kind, ...] = (),
+    measures: tuple[Measure, ...] = JOINT_AVAILABILITY.measures,
 ) -> Structure:
     """Compile the program of some mounted robots for a number of poses (cached).
 
@@ -76,7 +79,7 @@ def structure_of(
     """
     linear, kinds = linear or ((),) * len(robots), kinds or ((),) * len(robots)
     parts = [
-        _ArmPart(robot, mount, poses, keep_shoulder, steps, cuts, rows, kind)
+        _ArmPart(robot, mount, poses, keep_shoulder, steps, cuts, rows, kind, measures)
         for robot, mount, rows, kind in zip(robots, mounts, linear, kinds, strict=True)
     ]
     unknowns = ca.MX.sym("unknowns", sum(part.unknowns for part in parts))
@@ -148,14 +151,17 @@ class _ArmPart:
         cuts: bool,
         linear: LinearRows,
         kind: Kind,
+        measures: tuple[Measure, ...],
     ) -> None:
         self.poses, self.n, self.target = poses, robot.dof + len(kind), target_size(kind)
         self.compiled: PoseRows = pose_rows(robot, keep_shoulder, mount, kind)
         self.with_steps, self.with_cuts = steps, cuts
+        self.dof, self.costs = robot.dof, [pose_cost(measure, robot) for measure in measures]
         of_joints = np.array(linear, dtype=np.float64).reshape(-1, robot.dof)
         self.linear = np.pad(of_joints, ((0, 0), (0, len(kind))))
         self.unknowns = BASE + poses * self.n
-        self.parameters = (self.target + 1) * poses + 2 * self.n + (poses * self.n if cuts else 0)
+        self.parameters = (self.target + 1) * poses + sum(1 + cost.size for cost in self.costs)
+        self.parameters += poses * self.n if cuts else 0
         self.rows = self.compiled.size * poses + (self.n * (poses - 1) if steps else 0) + (poses if cuts else 0)
         self.rows += len(self.linear) * poses
 
@@ -163,22 +169,28 @@ class _ArmPart:
         """Fill the symbolic results for unknowns, parameters and multipliers of this arm."""
         m, n, size = self.poses, self.n, self.compiled.size
         targets = ca.reshape(p[: self.target * m], self.target, m)
-        at = self.target * m + np.array([0, n, 2 * n, 2 * n + m])
-        weights, reference, counts = (p[int(a) : int(b)] for a, b in pairwise(at))  # (n,), (n,), (m,)
-        weights = weights @ counts.T  # (n, m)
+        counts, at = p[self.target * m : (self.target + 1) * m].T, (self.target + 1) * m
         joints = ca.reshape(x[BASE:], n, m)
         base = ca.repmat(x[:BASE], 1, m)
-        error = joints - ca.repmat(reference, 1, m)
-        weighted = weights * error
-        self.objective = ca.dot(weighted, error)
-        self.gradient = ca.vertcat(ca.MX.zeros(BASE), 2.0 * ca.vec(weighted))
+        values_of_joints = joints[: self.dof, :]  # what is open of a pose costs nothing
+        self.objective, gradient, bent = ca.MX(0), ca.MX(self.dof, m), []
+        for cost in self.costs:
+            factors = p[at] * counts  # (1, m)
+            numbers = ca.repmat(p[at + 1 : at + 1 + cost.size], 1, m)
+            self.objective += ca.dot(factors, cost.value.map(m)(values_of_joints, numbers))
+            gradient += ca.repmat(factors, self.dof, 1) * cost.gradient.map(m)(values_of_joints, numbers)
+            entries = cost.hessian.map(m)(values_of_joints, numbers)
+            bent.append(self._at_poses(cost, lam_objective * ca.repmat(factors, len(cost.pattern), 1) * entries))
+            at += 1 + cost.size
+        costless = ca.MX(n - self.dof, m)
+        self.gradient = ca.densify(ca.vertcat(ca.MX(BASE, 1), ca.vec(ca.vertcat(gradient, costless))))
         values = [ca.vec(self.compiled.value.map(m)(base, joints, targets))]
         blocks = [self._pose_jacobian(self.compiled.jacobian.map(m)(base, joints, targets))]
         if self.with_steps:
             values.append(ca.vec(joints[:, 1:] - joints[:, :-1]))
             blocks.append(_steps_jacobian(m, n))
         if self.with_cuts:
-            slopes = ca.reshape(p[int(at[-1]) :], n, m)
+            slopes = ca.reshape(p[at:], n, m)
             values.append(ca.sum1(slopes * joints).T)
             blocks.append(_cuts_jacobian(slopes, m, n))
         if len(self.linear):
@@ -188,7 +200,7 @@ class _ArmPart:
         self.jacobian = ca.vertcat(*blocks)
         pose_multipliers = ca.reshape(lam[: size * m], size, m)
         curvature = self.compiled.hessian.map(m)(base, joints, targets, pose_multipliers)
-        self.hessian = self._hessian(curvature, 2.0 * lam_objective * ca.vec(weights))
+        self.hessian = sum(bent, self._hessian(curvature))
 
     def _pose_jacobian(self, blocks: ca.MX) -> ca.MX:
         """Sparse (size·m, unknowns) from the dense blocks (size·(4 + n), m) of the poses."""
@@ -198,8 +210,14 @@ class _ArmPart:
         columns = np.where(column < BASE, column, column + n * np.arange(m)[:, None]).ravel()
         return _sparse(ca.vec(blocks), rows, columns, (size * m, self.unknowns))
 
-    def _hessian(self, curvature: ca.MX, diagonal: ca.MX) -> ca.MX:
-        """Upper triangle (unknowns, unknowns) from entries of `hessian_pattern` (k, m) and of the objective (n·m,)."""
+    def _at_poses(self, cost: PoseCost, entries: ca.MX) -> ca.MX:
+        """Upper triangle (unknowns, unknowns) of the objective from entries of `PoseCost.pattern` (h, m)."""
+        shift = BASE + self.n * np.arange(self.poses)[:, None]
+        row, column = np.array(cost.pattern, dtype=np.int64).reshape(-1, 2).T
+        return _sparse(ca.vec(entries), (row + shift).ravel(), (column + shift).ravel(), (self.unknowns,) * 2)
+
+    def _hessian(self, curvature: ca.MX) -> ca.MX:
+        """Upper triangle (unknowns, unknowns) of the rows from entries of `hessian_pattern` (k, m)."""
         m, n = self.poses, self.n
         pattern = np.array(hessian_pattern(n))
         shared = int(np.sum(np.all(pattern < BASE, axis=1)))  # base-base entries are summed over the poses
@@ -208,12 +226,11 @@ class _ArmPart:
         rows = np.where(own[:, 0] < BASE, own[:, 0], own[:, 0] + shift).ravel()
         columns = (own[:, 1] + shift).ravel()
         values = ca.vertcat(ca.sum2(curvature[:shared, :]), ca.vec(curvature[shared:, :]))
-        size = (self.unknowns, self.unknowns)
-        poses = _sparse(
-            values, np.concatenate([pattern[:shared, 0], rows]), np.concatenate([pattern[:shared, 1], columns]), size
+        all_rows, all_columns = (
+            np.concatenate([pattern[:shared, 0], rows]),
+            np.concatenate([pattern[:shared, 1], columns]),
         )
-        places = BASE + np.arange(m * n)
-        return poses + _sparse(diagonal, places, places, size)
+        return _sparse(values, all_rows, all_columns, (self.unknowns, self.unknowns))
 
 
 def _sparse(values: ca.MX, rows: np.ndarray, columns: np.ndarray, shape: tuple[int, int]) -> ca.MX:

@@ -107,5 +107,5 @@ def arm_found(cell: Cell, arm: Arm, point: ArmSolution, objective: float) -> Non
 def _standing(cell: Cell, arm: Arm, point: ArmSolution) -> Standing:
     x, y, z = (float(value) for value in point.position)
     posture = None if point.signs is None else name_signs(point.signs)
-    cost = float(objective_of(cell.task, arm, point.joints))
+    cost = float(objective_of(cell, arm, point.joints))
     return Standing(arm.name, (x, y, z), float(point.yaw), posture, cost, arm.mount)

@@ -23,6 +23,7 @@ from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.kinematics.inverse import branches
 from duocell.models.kinematics.nominal import posture_form
 from duocell.models.kinematics.wrist_singularity import wrist_shortfall
+from duocell.models.objective.objective import Objective
 from duocell.models.robot.arm import SINGULAR_WRIST, TURN, Arm
 from duocell.models.robot.posture import ALL_SIGNS, Signs
 from duocell.optimizer.nlp.measure import objective_of, step_excess
@@ -77,10 +78,11 @@ def layers_at(cell: Cell, arm: Arm, position: Floats, yaw: float, poses: Floats 
     ]
 
 
-def node_costs(arm: Arm, layer: Floats, skip_first: bool, weight: float = 1.0) -> Floats:
+def node_costs(objective: Objective, arm: Arm, layer: Floats, skip_first: bool, weight: float = 1.0) -> Floats:
     """(K,) cheapest cost of each branch by itself, every joint in its best turn.
 
     Args:
+        objective: of the cell.
         arm: limits, reference and weights.
         layer: (K, n) rad modulo 2π, or m.
         skip_first: leave joint 1 out, because the base yaw will set it.
@@ -93,8 +95,11 @@ def node_costs(arm: Arm, layer: Floats, skip_first: bool, weight: float = 1.0) -
     values = np.where(values < low, values + turn * np.ceil(np.maximum(low - values, 0.0) / TURN), values)
     values = np.where(values > high, values - turn * np.ceil(np.maximum(values - high, 0.0) / TURN), values)
     outside = np.maximum(low - values, 0.0) + np.maximum(values - high, 0.0)
-    cost = weight * arm.weights * (values - arm.reference) ** 2 + BEYOND * outside
-    total: Floats = np.sum(cost[:, 1:] if skip_first else cost, axis=1)
+    here = values
+    if skip_first:
+        here = np.concatenate([np.broadcast_to(arm.reference[:1], (len(values), 1)), values[:, 1:]], axis=1)
+    total = weight * objective.of_poses(arm, here)
+    total += BEYOND * np.sum(outside[:, 1:] if skip_first else outside, axis=1)
     if arm.linear_limits is not None:
         sums = arm.linear_limits.violation(values)
         total += BEYOND * np.sum(sums if not skip_first else sums * (arm.linear_limits.matrix[:, 0] == 0.0), axis=1)
@@ -116,7 +121,9 @@ def best_path(cell: Cell, arm: Arm, position: Floats, yaw: float) -> LayeredPath
     if unreached:
         return LayeredPath(position, yaw, np.empty((0, arm.dof)), np.inf, np.inf, unreached)
     weights = cell.task.weights / cell.task.weight_scale
-    costs = [node_costs(arm, layer, bool(sigma), float(w)) for layer, w in zip(layers, weights, strict=True)]
+    costs = [
+        node_costs(cell.objective, arm, layer, bool(sigma), float(w)) for layer, w in zip(layers, weights, strict=True)
+    ]
     joints = _cheapest(cell, arm, layers, costs).T.copy()
     return finish_path(cell, arm, position, 0.0 if sigma else yaw, joints)
 
@@ -144,7 +151,7 @@ def finish_path(cell: Cell, arm: Arm, position: Floats, yaw: float, joints: Floa
         yaw, violation = float(best), violation + float(out)
     path = joints.T
     violation += float(wrist_shortfall(arm, joints)) + float(sum_excess(arm, joints))
-    objective = objective_of(task, arm, path)
+    objective = objective_of(cell, arm, path)
     form = posture_form(arm.robot)
     postures = (
         []

@@ -22,8 +22,10 @@ from duocell.models.kinematics.closed_form import ClosedForm, closed_form
 from duocell.models.kinematics.difference import SAME, Difference
 from duocell.models.kinematics.kinematics import characteristic_length
 from duocell.models.kinematics.wrist_singularity import wrist_shortfall
+from duocell.models.objective.objective import JOINT_AVAILABILITY, NOTHING, Objective
 from duocell.models.robot.arm import Arm
 from duocell.models.robot.posture import ALL_SIGNS
+from duocell.optimizer.reduction.further_yaws import take_better_yaws
 from duocell.optimizer.reduction.linear_sums import first_joint_limits, keep_sums, sum_excess
 from duocell.optimizer.reduction.paths import choose_windings, choose_yaw, unwrap
 from duocell.optimizer.reduction.pose_sample import sample_segment
@@ -46,6 +48,7 @@ class ReducedProblem:
         weights: (m,) what the poses count for in the objective; None for 1.
         gap_steps: (m - 1,) rad, of a sample: joint step to the next pose that the steps left out between them allow;
             infinite where that says nothing, None if it never does.
+        objective: what the cell is to be best at.
         apart: by how much the arm that is asked about may be off this one at the same joint values: what is proved
             here has to hold for that arm.
     """
@@ -62,6 +65,7 @@ class ReducedProblem:
     weights: Floats | None = None
     gap_steps: Floats | None = None
     apart: Difference = SAME
+    objective: Objective = JOINT_AVAILABILITY
 
     @property
     def segments(self) -> tuple[slice, ...]:
@@ -138,15 +142,19 @@ class ReducedProblem:
         counts = np.diff(np.append(firsts, len(keep)))
         return replace(problem, weights=np.repeat(totals / counts, counts))
 
+    def for_bounds(self) -> ReducedProblem:
+        """The same problem with joint availability for its objective: what lower bounds are known of."""
+        return self if self.objective.bounded else replace(self, objective=JOINT_AVAILABILITY)
+
     def stricter(self, factor: float) -> ReducedProblem:
         """The same problem with violations scored ``factor`` times as dear; infinite for feasibility alone."""
         if np.isfinite(factor):
             return replace(self, penalty=self.penalty * factor)
-        return replace(self, arm=replace(self.arm, weights=np.zeros(self.arm.dof)))
+        return replace(self, objective=NOTHING)
 
     def score(self, objective: Floats, violation: Floats) -> Floats:
         """Objective with what is violated made dear; any equal shapes."""
-        score: Floats = objective + self.penalty * self.arm.weight_scale * self.total_weight * violation
+        score: Floats = objective + self.penalty * self.objective.scale(self.arm) * self.total_weight * violation
         return score
 
 
@@ -157,7 +165,7 @@ class Paths:
     Attributes:
         joints: (6, 8, N, m) rad, unwrapped, given windings, joint 1 for the chosen yaw.
         yaw: (8, N) rad, in the allowed interval.
-        objective: (8, N) E of the arm (8.21), also where the path is not allowed.
+        objective: (8, N) of the arm, also where the path is not allowed.
         missing: (8, N) m, sum over the poses of how far they are out of reach.
         beyond: (8, N) rad, sum over the joints, and the linear limits, of what the path sticks out of the limits.
         jump: (8, N) rad, what the largest joint step exceeds the allowed one by.
@@ -204,6 +212,7 @@ def reduced_problem(cell: Cell, arm: Arm, apart: Difference = SAME) -> ReducedPr
         starts=cell.task.starts,
         weights=None if np.all(cell.task.weights == 1.0) else cell.task.weights,
         apart=apart,
+        objective=cell.objective,
     )
 
 
@@ -272,9 +281,10 @@ def _paths(problem: ReducedProblem, branches: Branches) -> Paths:
     first = first_joint_limits(arm, joints)
     yaw, out = choose_yaw(joints[0], *first, arm.reference[0], arm.base, problem.sigma, *segments)
     beyond += sum_excess(arm, joints)
-    error = joints - arm.reference[:, None, None, None]
-    weighted = error if problem.weights is None else error * problem.weights
-    objective = np.einsum("i,ikNm,ikNm->kN", arm.weights, error, weighted, optimize=False)
+    if problem.objective.keeps_reduction:
+        objective = problem.objective.of_paths(arm, joints, problem.weights)
+    else:
+        yaw, objective = take_better_yaws(problem.objective, arm, joints, yaw, first, problem.sigma, problem.weights)
     jump = np.maximum(np.max(step, axis=0) - problem.max_step, 0.0)
     if problem.gap_steps is not None:
         at = np.flatnonzero(np.isfinite(problem.gap_steps))

@@ -126,8 +126,10 @@ def _in_singular_minima(
     parameters: ScreeningParameters,
 ) -> list[Candidate]:
     """The best point about every place where the cost may fall below that of the usable candidates, in a singular
-    minimum.
+    minimum, which is something that joint availability alone has.
     """
+    if not problem.objective.bounded:
+        return []
     known = min((candidate.objective for candidate in found if candidate.violation == 0.0), default=np.inf)
     around, signs = singular_minima(problem, frame.box, spacing, known)
     if not len(around):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import numpy as np
 
 from duocell.models.base.arrays import Floats, set_frozen
 from duocell.optimizer.results.findings import Alternative, Clearance, Explanation, Tolerance
+from duocell.optimizer.results.measured import TermShare
 from duocell.optimizer.results.placement import Placement
 
 
@@ -69,7 +70,7 @@ class SegmentShare:
     Attributes:
         name: label given by the user. first_pose: index. poses: how many.
         weight: largest weight of its poses.
-        objective: its part of E over all arms; None where an arm has no placement.
+        objective: its part of the objective over all arms; None where an arm has no placement.
     """
 
     name: str
@@ -236,7 +237,7 @@ class Layout:
 
     Attributes:
         outcome: what is known.
-        objective: E (8.21), or None without a usable layout.
+        objective: what was minimised, or None without a usable layout.
         placements: of the arms that work, in the order of the cell; without a usable layout also the nearest that was
             seen, and what it breaks stands in the reasons.
         reasons: why there is no usable layout, and what stopped the search.
@@ -272,3 +273,13 @@ class Layout:
     def usable(self) -> bool:
         """True if there is a layout."""
         return self.outcome.usable
+
+    @property
+    def objective_terms(self) -> tuple[TermShare, ...]:
+        """The objective, measure by measure over all arms; empty without one."""
+        if self.objective is None:
+            return ()
+        return tuple(
+            replace(shares[0], cost=sum(share.cost for share in shares))
+            for shares in zip(*(placement.terms for placement in self.placements), strict=True)
+        )

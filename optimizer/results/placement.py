@@ -8,6 +8,7 @@ import numpy as np
 
 from duocell.models.base.arrays import Floats, set_frozen
 from duocell.models.robot.joint import JointKind
+from duocell.optimizer.results.measured import Measured, TermShare
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +21,7 @@ class Placement:
         yaw: rad, in the interval of the request.
         joints: (m, n) rad, or m for those of ``joint_kinds`` that are prismatic.
         posture: names of the signs, or None for arms without them.
-        objective: this arm's part of E (8.21).
+        objective: this arm's part of the objective.
         joint_margins: (n,) rad or m, smallest distance to a limit over the path; inf for joints without end.
         minimum_margin: rad, smallest of those of revolute joints; inf if none has limits.
         linear_margins: of every linear limit its name, and rad, the smallest distance of its sum to its limits.
@@ -31,6 +32,7 @@ class Placement:
         geometry: where the shape of the arm's links comes from: mesh | cited | estimated.
         mount: (3, 3) orientation of the base in the world at yaw 0.
         mounting_face: (4, 4) m, the face it is bolted down with, in the base frame; None where it is not known.
+        measures: of the path, every one that is known. terms: the objective, measure by measure.
         avoids_singularities: the rule it was judged by: False where the arm may go through wrist singularities.
         joint_kinds: n kinds; empty: all joints are revolute.
     """
@@ -52,6 +54,8 @@ class Placement:
     mounting_face: Floats | None = None
     linear_margins: tuple[tuple[str, float], ...] = ()
     joint_kinds: tuple[JointKind, ...] = ()
+    measures: tuple[Measured, ...] = ()
+    terms: tuple[TermShare, ...] = ()
 
     def __post_init__(self) -> None:
         set_frozen(self, "position", self.position, (3,))

@@ -41,7 +41,7 @@ def in_doubt(cell: Cell, problem: ReducedProblem, box: Floats, best: ArmSolution
         least: least objective that any of them reached. What is better than the answer cannot go its whole way, and
             would be all that is found.
     """
-    value = objective_of(cell.task, problem.arm, best.joints)
+    value = objective_of(cell, problem.arm, best.joints)
     if not np.any(box[:, 1] > box[:, 0]) or value > (1.0 + SAME) * least:
         return False
     nearest = float(np.min(wrist_distance(problem.form.wrist_zero, best.joints[:, 4])))

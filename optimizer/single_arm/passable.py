@@ -71,7 +71,7 @@ def passable(
             return None
         met = check_arm_path(cell, arm, here)
         if met.free:
-            return objective_of(cell.task, arm, here.joints), here
+            return objective_of(cell, arm, here.joints), here
     return None
 
 

@@ -82,7 +82,7 @@ def _search_drawing(cell: Cell, search: ArmSearch, meant: Nominal, settings: Set
     for start in starts_from(cell, search.arm, meant, best + drawing.optima, deadline):
         optima += _solve(cell, search, start, deadline)
         if meant.negligible and check(cell, search.arm, start).usable:
-            optima.append((objective_of(cell.task, search.arm, start.joints), start))
+            optima.append((objective_of(cell, search.arm, start.joints), start))
     _keep(cell, search, optima, deadline)
     if meant.negligible:  # what is known of the drawing, with room for what it is off, is known of the arm
         _settle_for_less(cell, search)
@@ -140,7 +140,9 @@ def _search_boxes(
 ) -> None:
     """Let branch and bound look for something better, where slivers of the allowed bases may hold it."""
     left = deadline - time.perf_counter()
-    if search.best is None or left <= 0.0 or not in_doubt(cell, problem, box, search.best, search.optima[0][0]):
+    if search.best is None or left <= 0.0 or not cell.objective.bounded:
+        return
+    if not in_doubt(cell, problem, box, search.best, search.optima[0][0]):
         return
     wanted = settings.certificate
     gap = min(wanted.gap, search.local.box_gap) if isinstance(wanted, CertificateSettings) else search.local.box_gap
@@ -222,7 +224,7 @@ def _decide(cell: Cell, search: ArmSearch, problem: ReducedProblem, deadline: fl
     elif proof.found is not None and (proof.proved or not early):
         start = path_from(problem, proof.found.position, proof.found.signs)
         _keep(cell, search, _solve(cell, search, start, deadline), deadline)
-    return proof.infeasible or (proof.proved and search.best is not None)
+    return proof.infeasible or (proof.proved and cell.objective.bounded and search.best is not None)
 
 
 def _solve_candidates(cell: Cell, search: ArmSearch, problem: ReducedProblem, found: Screen, deadline: float) -> None:
@@ -241,7 +243,7 @@ def _solve_candidates(cell: Cell, search: ArmSearch, problem: ReducedProblem, fo
     for minimum in found.singular_minima:
         start = path_from(problem, minimum.position, minimum.signs)
         known = min((value for value, _ in optima), default=np.inf)
-        if objective_of(cell.task, search.arm, start.joints) < search.local.deeper * known:
+        if objective_of(cell, search.arm, start.joints) < search.local.deeper * known:
             optima += _solve(cell, search, start, deadline)
     if time.perf_counter() < deadline:
         known = min((value for value, _ in optima), default=np.inf)

@@ -24,7 +24,7 @@ FLATTEST = 1e-6
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Quadratic:
-    """E(x + step) ≈ E(x) + gradient · step + ½ step · curvature · step.
+    """f(x + step) ≈ f(x) + gradient · step + ½ step · curvature · step.
 
     Attributes:
         gradient: (C,). curvature: (C, C), positive definite.
@@ -34,7 +34,7 @@ class Quadratic:
     curvature: Floats
 
     def change(self, step: Floats) -> float:
-        """What E changes by."""
+        """What f changes by."""
         return float(self.gradient @ step + 0.5 * step @ self.curvature @ step)
 
 
@@ -48,20 +48,14 @@ def quadratic(cell: Cell, points: Sequence[ArmSolution], along: Sequence[Directi
     for a, (arm, point, tangents) in enumerate(zip(cell.arms, points, along, strict=True)):
         own = unknowns.own(a, len(cell.task))
         slopes = _slopes(tangents)
-        pull = _pull(cell, arm, point.joints)
+        pull = cell.objective.gradient(arm, point.joints, cell.task.weights)
         gradient[own] = np.einsum("mnc,mn->c", slopes, pull)
         newton = _differences(cell, arm, point, tangents) if unknowns.nullspace[a] == 0 else None
         if newton is None:
-            weights = 2.0 * cell.task.weights[:, None] * arm.weights
-            newton = np.einsum("mnc,mn,mnk->ck", slopes, weights, slopes)
+            bent = cell.objective.curvature(arm, point.joints, cell.task.weights) @ slopes
+            newton = np.einsum("mnc,mnk->ck", slopes, bent)
         curvature[np.ix_(own, own)] = _convex(newton)
     return Quadratic(gradient, curvature)
-
-
-def _pull(cell: Cell, arm: Arm, joints: Floats) -> Floats:
-    """(..., m, n) derivative of E by the joints."""
-    pull: Floats = 2.0 * cell.task.weights[:, None] * arm.weights * (joints - arm.reference)
-    return pull
 
 
 def _slopes(tangents: Directions) -> Floats:
@@ -85,7 +79,8 @@ def _differences(cell: Cell, arm: Arm, point: ArmSolution, tangents: Directions)
     if not np.all(good):
         return None
     there = directions(arm, bases[:, :3, :3], q).by_base.reshape(2 * BASE, m, -1, BASE)
-    gradients = np.einsum("smnc,smn->sc", there, _pull(cell, arm, q.reshape(2 * BASE, m, -1)))
+    pull = cell.objective.gradient(arm, q.reshape(2 * BASE, m, -1), cell.task.weights)
+    gradients = np.einsum("smnc,smn->sc", there, pull)
     rows = gradients.reshape(BASE, 2, BASE)
     difference: Floats = (rows[:, 0] - rows[:, 1]) / (2.0 * STEP)
     return 0.5 * (difference + difference.T)

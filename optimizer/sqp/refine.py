@@ -47,9 +47,9 @@ class Refined:
 
 
 def penalty_of(cell: Cell, parameters: RefinementParameters = REFINEMENT) -> float:
-    """Cost of a metre or radian of violation, in units of E."""
-    weights = [arm.weight_scale for arm in cell.arms]
-    return parameters.penalty * cell.task.total_weight * sum(weights) / len(weights)
+    """Cost of a metre or radian of violation, in units of the objective."""
+    scales = [cell.objective.scale(arm) for arm in cell.arms]
+    return parameters.penalty * cell.task.total_weight * sum(scales) / len(scales)
 
 
 def refine(

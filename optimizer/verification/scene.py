@@ -74,9 +74,9 @@ class Scene:
         return np.stack([arm.base_in_world(p.position, p.yaw) for arm, p in zip(self.cell.arms, points, strict=True)])
 
     def objective(self, points: Sequence[ArmSolution]) -> float:
-        """E of a layout."""
-        task = self.cell.task
-        return sum(objective_of(task, arm, point.joints) for arm, point in zip(self.cell.arms, points, strict=True))
+        """The objective of a layout."""
+        cell = self.cell
+        return sum(objective_of(cell, arm, point.joints) for arm, point in zip(cell.arms, points, strict=True))
 
     def floor_violation(self, points: Sequence[ArmSolution]) -> float:
         """Largest distance [m] by which a footprint is where it must not be; <= 0 if none is."""

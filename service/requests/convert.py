@@ -7,8 +7,11 @@ from math import inf, pi
 import numpy as np
 
 from duocell.models.base.arrays import Floats
+from duocell.models.base.errors import InvalidInput
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import Task
+from duocell.models.objective.objective import JOINT_AVAILABILITY, Objective
+from duocell.models.objective.registry import objective_from
 from duocell.optimizer.settings import CertificateSettings, Settings, ToleranceSettings
 from duocell.service.common.issues import IssueCollector
 from duocell.service.library.library import Library
@@ -44,6 +47,7 @@ def cell_of(request: LayoutRequest, library: Library | None = None, task: Task |
     surroundings = surroundings_of(request, robots_made, library, issues)
     couplings = couplings_of(request.coupling, [arm.name for arm in request.arms], issues)
     _check_tolerance(request, issues)
+    objective = _objective_of(request, issues)
     issues.raise_any()
     if task is None or surroundings is None:
         raise AssertionError("a task or surroundings that could not be made left no issue")
@@ -55,6 +59,7 @@ def cell_of(request: LayoutRequest, library: Library | None = None, task: Task |
         name=request.name,
         surroundings=surroundings,
         couplings=couplings,
+        objective=objective,
     )
 
 
@@ -103,6 +108,15 @@ def settings_of(request: LayoutRequest, time_limit: float) -> Settings:
         tolerance=None if tolerance is None else ToleranceSettings(tolerance.position, tolerance.angle),
         explain=request.explain,
     )
+
+
+def _objective_of(request: LayoutRequest, issues: IssueCollector) -> Objective:
+    """What the layout is to be best at; the usual where what is asked for is none."""
+    try:
+        return objective_from((term.measure, term.weight) for term in request.objective)
+    except InvalidInput as error:
+        issues.add(f"/objective{error.pointer}", error.detail)
+        return JOINT_AVAILABILITY
 
 
 def _check_baselines(request: LayoutRequest, issues: IssueCollector) -> None:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from math import pi
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import ConfigDict, Discriminator, Field, Tag
 
+from duocell.models.objective.joint_availability import JointAvailability
+from duocell.models.objective.registry import MEASURES
 from duocell.service.schemas.arm import Arm
-from duocell.service.schemas.base import FIRST_WRONG, TAG, Choice, Label, NotNegative, Strict
+from duocell.service.schemas.base import FIRST_WRONG, LEAST_WEIGHT, MOST_WEIGHT, TAG, Choice, Label, NotNegative, Strict
 from duocell.service.schemas.coupling import Coupling
 from duocell.service.schemas.shapes import BOX, Obstacle
 from duocell.service.schemas.surroundings import Clearance, Floor, Part
@@ -102,8 +104,25 @@ class Tolerance(Strict):
     angle: NotNegative = Field(default=0.00175, le=0.5, description="rad, about the vertical.", examples=[0.00175])
 
 
+if TYPE_CHECKING:
+    MeasureName = str
+else:
+    MeasureName = Literal[tuple(MEASURES)]
+
+
+class ObjectiveTerm(Strict):
+    """A measure, and what its cost is multiplied by."""
+
+    measure: MeasureName = Field(description="Its name.", examples=["manipulability"])
+    weight: float = Field(
+        default=1.0, ge=LEAST_WEIGHT, le=MOST_WEIGHT, description="What its cost is multiplied by.", examples=[1.0]
+    )
+
+
 class LayoutRequest(Strict):
-    """Find the base placements that keep all joints nearest to their references along the task."""
+    """Find the base placements that are best for the task: that keep all joints nearest to their references, if nothing
+    else is asked for.
+    """
 
     model_config = ConfigDict(json_schema_extra={"examples": [EXAMPLE]})
 
@@ -148,6 +167,13 @@ class LayoutRequest(Strict):
         "not looked at. null for the whole: contact is forbidden in every class if the request describes any body "
         "(obstacles, part, tool_shapes, pedestal), and nothing is looked at if it describes none.",
         examples=[{"arm_arm": 0.03, "arm_obstacle": 0.03, "self": None}],
+    )
+    objective: list[ObjectiveTerm] = Field(
+        default=[ObjectiveTerm(measure=JointAvailability.name)],
+        min_length=1,
+        description="What the layout is to be best at: a weighted sum of measures, each at most once. Only for joint "
+        "availability alone can it be proved how good the answer is.",
+        examples=[[{"measure": "manipulability", "weight": 1.0}]],
     )
     max_joint_step: AnyJointStep = Field(
         default=pi / 2,

@@ -28,6 +28,25 @@ class LinearMargin(Answer):
     margin: float = Field(description="rad, smallest distance of its sum to either end.", examples=[0.12])
 
 
+class MeasureResult(Answer):
+    """A measure along the path of one arm, over its poses."""
+
+    measure: str = Field(description="Its name.", examples=["manipulability"])
+    unit: str = Field(description="Of the values; 1: none.", examples=["1"])
+    minimum: Number = Field(description="Smallest value.", examples=[0.37])
+    mean: Number = Field(description="Mean.", examples=[1.1])
+    maximum: Number = Field(description="Largest value.", examples=[1.6])
+
+
+class TermResult(Answer):
+    """What one measure contributes to the objective: weight times cost."""
+
+    measure: str = Field(description="Its name.", examples=["joint_availability"])
+    weight: float = Field(description="As in the request.", examples=[1.0])
+    unit: str = Field(description="Of the cost; 1: none.", examples=["rad²"])
+    cost: Number = Field(description="Over all arms and poses, each times the weight of its job.", examples=[155.2])
+
+
 class ArmResult(Answer):
     """Where one arm stands and how it moves there."""
 
@@ -81,6 +100,9 @@ class ArmResult(Answer):
         description="Whether poses at a singularity of the wrist were refused; null in results of versions that knew "
         "no such rule.",
         examples=["avoid"],
+    )
+    measures: list[MeasureResult] | None = Field(
+        default=None, description="Every measure that could be asked for; missing in results of older versions."
     )
     geometry: Literal["mesh", "cited", "estimated"] = Field(
         description="Where the shape of its links comes from: the maker's collision meshes, measurements with a "
@@ -198,7 +220,7 @@ class BaselineResult(Answer):
 class AlternativeResult(Answer):
     """Another layout of the same cell, as thoroughly checked as the answer."""
 
-    objective: Number = Field(description="E of this layout.", examples=[161.0])
+    objective: Number = Field(description="Its objective.", examples=[161.0])
     arms: list[ArmResult] = Field(description="Placements of all arms, in the order of the request.")
     clearances: Clearances = Field(description="What every class of pairs keeps along the whole path.")
     note: str = Field(description="Why one might prefer it.", examples=["Keeps 61 mm from the table instead of 34 mm."])
@@ -248,9 +270,15 @@ class LayoutResult(Answer):
         examples=["optimal"],
     )
     objective: Number = Field(
-        description="E = Σ_arms Σ_j Σ_i w_i (q_ij - q*_i)², each pose j times the weight of its job; null without a "
-        "usable layout.",
+        description="What was minimised: the sum over objective_terms of weight times cost. If nothing else is asked "
+        "for, Σ_arms Σ_j Σ_i w_i (q_ij - q*_i)², each pose j times the weight of its job. null without a usable "
+        "layout.",
         examples=[155.2],
+    )
+    objective_terms: list[TermResult] | None = Field(
+        default=None,
+        description="The measures it is made of, in the order of the request; empty without a usable layout, missing "
+        "in results of older versions.",
     )
     jobs: list[JobResult] = Field(description="The jobs in the order of the request; one for a plain task.")
     arms: list[ArmResult] = Field(

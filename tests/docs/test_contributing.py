@@ -14,6 +14,8 @@ import pytest
 
 from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.objective.measure import Measure
+from duocell.models.objective.registry import MEASURES, objective_from
 from duocell.optimizer.optimize import optimize
 from duocell.service.requests.accept import accept
 from duocell.service.requests.convert import cell_of, settings_of
@@ -39,11 +41,15 @@ def names_of(kind: str) -> dict[str, Any]:
 
 
 def test_every_block_is_checked_by_a_test() -> None:
-    assert {block.kind for block in BLOCKS} == {"sh", "python robot", "python coupling", "python export"}
+    assert {block.kind for block in BLOCKS} == {
+        *("sh", "python robot", "python coupling", "python export", "python objective"),
+    }
 
 
 def test_every_file_that_is_named_exists() -> None:
-    examples = {"models/cell/coupling/raised.py", "service/results/joint_table.py"}
+    examples = {
+        *("models/cell/coupling/raised.py", "service/results/joint_table.py", "models/objective/overhang.py"),
+    }
     named = set(
         re.findall(r"`((?:service|optimizer|models|tests|docs|bench|src)/[\w./-]*|[\w-]+\.(?:toml|md|lock))`", TEXT)
     )
@@ -66,14 +72,6 @@ def test_every_command_exists() -> None:
             assert (ROOT / f"{words[2].replace('.', '/')}.py").exists()
         else:
             assert words[0].split("/")[-1] in ("grep", "lint-imports")
-
-
-def test_as_many_files_as_are_said_take_weights_or_references() -> None:
-    (said,) = re.findall(r"take weights or references from an arm \((\d+)\)", TEXT)
-    found = [
-        path for path in (ROOT / "optimizer").rglob("*.py") if re.search(r"arm\.(weights|reference)", path.read_text())
-    ]
-    assert int(said) == len(found), "say the new number in CONTRIBUTING.md"
 
 
 def test_the_robot_is_that_of_its_table_and_is_placed() -> None:
@@ -119,3 +117,22 @@ def test_the_export_has_a_row_per_arm_and_pose(tmp_path: Path) -> None:
     rows = list(csv.reader((tmp_path / "joints.csv").read_text(encoding="utf-8").splitlines()))
     assert [row[:2] for row in rows] == [[arm["name"], str(pose)] for arm in result["arms"] for pose in range(10)]
     assert [float(value) for value in rows[-1][2:]] == result["arms"][-1]["joints"][-1]
+
+
+def test_the_objective_is_minimised(monkeypatch: pytest.MonkeyPatch) -> None:
+    overhang: Measure = names_of("objective")["Overhang"]()
+    monkeypatch.setitem(MEASURES, overhang.name, overhang)
+    cell = cell_of(validate(LayoutRequest, {**LINE, "certificate": None}))
+    asked = replace(cell, objective=objective_from([("overhang", 1.0)]))
+    usual, found = (optimize(one, settings_of(validate(LayoutRequest, LINE), 60.0)) for one in (cell, asked))
+    assert_sound(asked, found)
+    for arm, here, there in zip(cell.arms, usual.placements, found.placements, strict=True):
+        q = here.joints
+        sideways = [float(np.hypot(*pose[:2, 3])) for pose in flange_poses(arm.robot, q)]
+        assert overhang.values(arm, q) == pytest.approx(sideways, rel=1e-9)
+        assert there.objective == pytest.approx(float(np.sum(overhang.values(arm, there.joints) ** 2)), rel=1e-9)
+        assert there.objective < 0.9 * float(np.sum(np.square(sideways)))
+        step, slopes = 1e-6, overhang.gradient(arm, q, np.ones(len(q)))
+        for k, unit in enumerate(step * np.eye(arm.dof)):
+            ahead, behind = (overhang.costs(arm, q + sign * unit) for sign in (1.0, -1.0))
+            assert slopes[:, k] == pytest.approx((ahead - behind) / (2.0 * step), abs=1e-6)

@@ -199,8 +199,10 @@ def _tied_rows(couplings: Sequence[Coupling], unknowns: TiedUnknowns, count: int
 
 
 def _stiffness(problem: FollowedProblem) -> float:
-    """What turning a base by a rad under its arm costs: E rises by this times the square of the turn."""
-    return max(float(problem.arm.weights[0]) * problem.problem.total_weight, 1e-9)
+    """What turning a base by a rad under its arm costs: the objective rises by this times the square of the turn."""
+    arm, objective = problem.problem.arm, problem.problem.objective
+    curvature = objective.curvature(arm, arm.reference[None], np.ones(1))[0]
+    return max(0.5 * float(curvature[0, 0]) * problem.problem.total_weight, 1e-9)
 
 
 def _with_yaws(bases: Floats, by: Floats) -> list[Floats]:

@@ -90,12 +90,10 @@ class Placements:
         """All with their bases turned by (N,) rad, within `turns`, under arms that stay where they are."""
         arm, joints = problem.arm, self.joints.copy()
         joints[:, :, 0] -= problem.sigma * by[:, None]
-        weights = np.ones(joints.shape[1]) if problem.weights is None else problem.weights
-        before, after = ((q[:, :, 0] - arm.reference[0]) ** 2 @ weights for q in (self.joints, joints))
         yaws = self.yaws + by
         if arm.base.yaw_free:
             yaws = (yaws + 0.5 * TURN) % TURN - 0.5 * TURN
-        cost = self.objective + arm.weights[0] * (after - before)
+        cost = problem.objective.of_paths(arm, joints.transpose(2, 0, 1), problem.weights)
         return replace(self, yaws=yaws, joints=joints, objective=cost)
 
 

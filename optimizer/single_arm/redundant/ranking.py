@@ -57,8 +57,6 @@ def figures(problem: UnreducedProblem, seeds: Seeds, conditioning: float = 0.0) 
     error = np.maximum(
         np.max(np.abs(targets - position), axis=0), np.max(np.abs(rotation_vectors(columns, wanted)), axis=0)
     )
-    off = q - problem.reference_column[:, :, None]
-    cost = np.einsum("i,ijk,j->k", problem.joint_weights, off * off, problem.weights) / np.sum(problem.weights)
     low, high = np.min(q, axis=1), np.max(q, axis=1)
     over = np.maximum(problem.lower[:, None] - low, high - problem.upper[:, None])
     steps = np.abs(np.diff(q, axis=1))[:, problem.joined] * problem.step_scale[:, None, None]
@@ -67,7 +65,7 @@ def figures(problem: UnreducedProblem, seeds: Seeds, conditioning: float = 0.0) 
         values = conditioning_values(problem, flat).reshape(m, count)
         violation = np.maximum(conditioning - np.min(values, axis=0), 0.0)
     return Figures(
-        cost=cost,
+        cost=problem.costs_of_paths(q),
         over=np.maximum(np.maximum(np.max(over, axis=0), sum_excess(problem.arm, np.moveaxis(q, 1, -1))), 0.0),
         step=np.max(steps, axis=(0, 1), initial=0.0),
         error=np.max(error.reshape(m, count), axis=0),

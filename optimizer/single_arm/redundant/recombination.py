@@ -141,12 +141,11 @@ def _node_costs(problem: UnreducedProblem, joints: Floats, base: Floats) -> Floa
     error = np.maximum(
         np.max(np.abs(targets - position), axis=0), np.max(np.abs(rotation_vectors(columns, wanted)), axis=0)
     )
-    off = flat - problem.reference_column
     low, high = problem.lower[:, None], problem.upper[:, None]
     over = np.sum(np.maximum(np.maximum(low - flat, flat - high), 0.0), axis=0)
     over += sum_excess(problem.arm, flat[..., None])
     weights = np.repeat(problem.weights, count)
-    costs = weights * (problem.joint_weights @ (off * off)) + OVER_PENALTY * over
+    costs = weights * problem.costs_of_poses(flat) + OVER_PENALTY * over
     costs += np.where(error > MISSED, MISSED_PENALTY, ERROR_PENALTY * error)
     wanted_conditioning = problem.arm.min_conditioning
     if wanted_conditioning is not None:

@@ -175,7 +175,7 @@ def uneven(problem: UnreducedProblem) -> bool:
 def _cheaper(cell: Cell, problem: UnreducedProblem, search: UnreducedSearch, seeds: Seeds) -> bool:
     """True if some candidate costs less than the best optimum: it breaks something, which other postures may not."""
     paths = (seeds.joints[:, :, k].T for k in range(len(seeds)))
-    return any(objective_of(cell.task, problem.arm, path) < CHEAPER * search.best for path in paths)
+    return any(objective_of(cell, problem.arm, path) < CHEAPER * search.best for path in paths)
 
 
 def _polish(cell: Cell, problem: UnreducedProblem, search: UnreducedSearch, seeds: Seeds, nets: _Nets) -> None:
@@ -188,7 +188,7 @@ def _polish(cell: Cell, problem: UnreducedProblem, search: UnreducedSearch, seed
     for k in order[: 2 * most]:
         check_stop()
         point = problem.point(seeds.joints[:, :, k], seeds.bases[k])
-        hopeless = objective_of(cell.task, problem.arm, point.joints) > min(worth * search.best, nets.known)
+        hopeless = objective_of(cell, problem.arm, point.joints) > min(worth * search.best, nets.known)
         if nets.late or _count(reached) >= most or hopeless:
             break
         known = min(nets.parameters.beaten * search.best, nets.known)
@@ -221,7 +221,7 @@ def _as_it_is(cell: Cell, problem: UnreducedProblem, seed: Seeds) -> list[Optimu
     exact = on_task(problem.narrowed(INSIDE), seed)
     points = [problem.point(exact.joints[:, :, k], base) for k, base in enumerate(exact.bases)]
     usable = [point for point in points if check(cell, problem.arm, point).usable]
-    return [(objective_of(cell.task, problem.arm, point.joints), point) for point in usable]
+    return [(objective_of(cell, problem.arm, point.joints), point) for point in usable]
 
 
 def _recombined(found: Staged, nets: _Nets) -> Seeds:

@@ -17,6 +17,7 @@ from duocell.models.kinematics.branches import posture_of
 from duocell.models.kinematics.chain import chain_of
 from duocell.models.kinematics.chain_columns import ColumnChain, column_chain
 from duocell.models.kinematics.closed_form import closed_form
+from duocell.models.objective.objective import JOINT_AVAILABILITY, Objective
 from duocell.models.robot.arm import TURN, Arm
 from duocell.optimizer.nlp.program import ArmSolution
 
@@ -47,6 +48,7 @@ class UnreducedProblem:
         max_step: rad, of joints that turn.
         step_scale: (n,) rad that a unit of a joint's step counts for: 1, or rad per m, so that ``max_step`` is the
             longest step of joints that shift too; 0 where these have none.
+        objective: what the cell is to be best at.
     """
 
     arm: Arm
@@ -64,6 +66,7 @@ class UnreducedProblem:
     base_upper: Floats
     max_step: float
     step_scale: Floats
+    objective: Objective = JOINT_AVAILABILITY
 
     @property
     def step_limits(self) -> Floats:
@@ -91,6 +94,17 @@ class UnreducedProblem:
     def reference_column(self) -> Floats:
         """(n, 1) rad, q* of the objective."""
         return self.arm.reference[:, None]
+
+    def costs_of_paths(self, joints: Floats) -> Floats:
+        """(K,) objective of paths (n, m, K) per pose, in units of its scale."""
+        total = self.objective.of_paths(self.arm, np.moveaxis(joints, 1, -1), self.weights)
+        costs: Floats = total / (self.objective.scale(self.arm) * np.sum(self.weights))
+        return costs
+
+    def costs_of_poses(self, joints: Floats) -> Floats:
+        """(k,) objective of single poses (n, k), in units of its scale."""
+        costs: Floats = self.objective.of_poses(self.arm, joints.T) / self.objective.scale(self.arm)
+        return costs
 
     @property
     def base_weights(self) -> Floats:
@@ -176,6 +190,7 @@ def unreduced_problem(cell: Cell, arm: Arm, box: Floats) -> UnreducedProblem:
         base_upper=base[:, 1],
         max_step=cell.max_joint_step,
         step_scale=cell.max_joint_step / cell.step_limits(arm.robot),
+        objective=cell.objective,
     )
 
 

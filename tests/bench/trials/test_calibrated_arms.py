@@ -16,7 +16,7 @@ def test_what_is_planted_is_usable_on_the_true_arm(seed: int) -> None:
     task = planted(seed)
     assert check(task.cell, task.arm, task.point).usable
     assert nominal(task.arm.robot) is not None
-    cost = objective_of(task.cell.task, task.arm, task.point.joints)
+    cost = objective_of(task.cell, task.arm, task.point.joints)
     assert own_best(task, [task.point]) <= cost * (1.0 + 1e-9)
 
 

@@ -96,7 +96,7 @@ def test_a_calibrated_arm_costs_no_less_than_the_bound_of_its_drawing_where_it_s
         if len({posture_of(form, q) for q in joints}) > 1:
             continue
         cell = Cell(Task(flange_poses(true, joints)), (arm,), np.pi)
-        cost = objective_of(cell.task, arm, joints)
+        cost = objective_of(cell, arm, joints)
         posture = np.array([ALL_SIGNS.index(posture_of(form, joints[0]))])
         for drawing in (meant, replace(meant, apart=SAME)):
             problem = problem_of_drawing(cell, arm, drawing)

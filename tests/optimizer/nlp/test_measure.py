@@ -49,7 +49,7 @@ def test_margins_are_negative_beyond_a_limit() -> None:
 
 def test_objective_is_a_sum_not_a_mean() -> None:
     arm = make_arm("puma560", weights=np.arange(6.0), reference=np.zeros(6))
-    assert objective_of(at_rest(arm, 10).task, arm, np.ones((10, 6))) == 10 * 15.0
+    assert objective_of(at_rest(arm, 10), arm, np.ones((10, 6))) == 10 * 15.0
 
 
 def test_signs_of_a_path_ignore_where_it_touches_zero() -> None:

@@ -11,6 +11,9 @@ import pytest
 from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import rotation_from_rpy, rotation_x, rotation_z, transform
 from duocell.models.catalogue import catalogue
+from duocell.models.objective.measure import Measure
+from duocell.models.objective.objective import JOINT_AVAILABILITY
+from duocell.models.objective.registry import MEASURES
 from duocell.optimizer.nlp.pose_rows import TARGET, target_numbers
 from duocell.optimizer.nlp.structure import Structure, structure_of
 
@@ -30,22 +33,28 @@ SHAPES = [
 
 ProgramShape = tuple[tuple[str, ...], tuple[tuple[float, ...], ...], int, bool, bool, bool]
 """Robots, mounts, number of poses, and which rows there are, as `SHAPES`."""
+Measures = tuple[Measure, ...]
+USUAL = JOINT_AVAILABILITY.measures
 
 
-def built(shape: ProgramShape) -> Structure:
+def built(shape: ProgramShape, measures: Measures = USUAL) -> Structure:
     names, mounts, poses, keep, steps, cuts = shape
-    return structure_of(tuple(catalogue.robot(name) for name in names), mounts, poses, keep, steps, cuts)
+    robots = tuple(catalogue.robot(name) for name in names)
+    return structure_of(robots, mounts, poses, keep, steps, cuts, measures=measures)
 
 
-def numbers(structure: Structure, rng: np.random.Generator) -> tuple[Floats, Floats, Floats]:
+def numbers(
+    structure: Structure, rng: np.random.Generator, measures: Measures = USUAL
+) -> tuple[Floats, Floats, Floats]:
     """A random point, parameters that make sense, multipliers."""
     parts = []
     for robot in structure.robots:
         m, n = structure.poses, robot.dof
         turns = [rotation_from_rpy(rpy) for rpy in rng.uniform(-1.0, 1.0, (m, 3))]
         targets = transform(np.array(turns), rng.uniform(-1.0, 1.0, (m, 3)))
-        parts += [target_numbers(targets).T.ravel(), rng.uniform(0.0, 5.0, n), rng.uniform(-1.0, 1.0, n)]
-        parts.append(rng.choice([0.0, 1.0, 2.5], m))
+        parts += [target_numbers(targets).T.ravel(), rng.choice([0.0, 1.0, 2.5], m)]
+        for measure in measures:
+            parts += [rng.uniform(0.5, 2.0, 1), rng.uniform(0.0, 5.0, measure.size(robot))]
         if structure.cuts:
             parts.append(rng.normal(size=m * n))
     p = np.concatenate(parts)
@@ -53,13 +62,14 @@ def numbers(structure: Structure, rng: np.random.Generator) -> tuple[Floats, Flo
     return rng.uniform(-1.0, 1.0, structure.unknowns.numel()), p, rng.normal(size=structure.rows.numel())
 
 
-@pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: "-".join(map(str, (*shape[0], *shape[2:]))))
-def test_assembled_derivatives_are_casadis_own(
-    shape: ProgramShape,
-) -> None:
-    structure = built(shape)
+CASES = [(shape, USUAL) for shape in SHAPES] + [(SHAPES[0], tuple(MEASURES.values()))]
+
+
+@pytest.mark.parametrize(("shape", "measures"), CASES)
+def test_assembled_derivatives_are_casadis_own(shape: ProgramShape, measures: Measures) -> None:
+    structure = built(shape, measures)
     x, p = structure.unknowns, structure.parameters
-    at, params, lam = numbers(structure, np.random.default_rng(0))
+    at, params, lam = numbers(structure, np.random.default_rng(0), measures)
     multiplier, multipliers = ca.MX.sym("f"), ca.MX.sym("g", structure.rows.numel())
     lagrangian = multiplier * structure.objective + ca.dot(multipliers, structure.rows)
     hessian, _ = ca.hessian(lagrangian, x)
@@ -127,10 +137,10 @@ def test_objective_is_the_sum_over_arms_poses_and_joints() -> None:
     for robot in structure.robots:
         m, n = structure.poses, robot.dof
         joints = at[i + 4 : i + 4 + m * n].reshape(m, n)
-        weights, reference = params[j + TARGET * m :][:n], params[j + TARGET * m + n :][:n]
-        counts = params[j + TARGET * m + 2 * n :][:m]
-        total += np.sum(counts[:, None] * weights * (joints - reference) ** 2)
-        i, j = i + 4 + m * n, j + TARGET * m + 2 * n + m + m * n
+        counts = params[j + TARGET * m :][:m]
+        factor, weights, reference = np.split(params[j + TARGET * m + m :][: 1 + 2 * n], [1, 1 + n])
+        total += factor[0] * np.sum(counts[:, None] * weights * (joints - reference) ** 2)
+        i, j = i + 4 + m * n, j + TARGET * m + m + 1 + 2 * n + m * n
     assert float(structure.gradient(at, params)[0]) == pytest.approx(total, rel=1e-13)
 
 

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from duocell.models.base.pose import rotation_x
 from duocell.models.kinematics.kinematics import flange_poses
+from duocell.models.objective.objective import JOINT_AVAILABILITY
 from duocell.optimizer.reduction.layers import BEYOND, LEAP, StepLimits, _shortest, best_path, layers_at, node_costs
 from tests.support.angles import TURN, wrapped
 from tests.support.given.arms import make_arm
@@ -46,7 +47,7 @@ def test_costs_of_branches_are_those_of_their_best_turns(name: str, skip: bool) 
     arm = replace(make_arm(name), avoid_singularities=False)  # the rule has a cost of its own
     rng = np.random.default_rng(0)
     layer = rng.uniform(-3.0 * np.pi, 3.0 * np.pi, (200, arm.dof))
-    costs = node_costs(arm, layer, skip)
+    costs = node_costs(JOINT_AVAILABILITY, arm, layer, skip)
     turned = layer[:, None] + TURN * np.arange(-6, 7)[:, None]
     inside = (turned >= arm.lower) & (turned <= arm.upper)
     each = np.where(inside, arm.weights * (turned - arm.reference) ** 2, np.inf).min(axis=1)

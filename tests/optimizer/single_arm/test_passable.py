@@ -29,7 +29,7 @@ def test_the_answer_can_be_followed_where_the_best_at_the_poses_cannot(seed: int
         assert found.best is not None
         assert check_arm_path(cell, arm, found.best).free
         assert check(cell, arm, found.best).usable
-        assert found.objective == pytest.approx(objective_of(cell.task, arm, found.best.joints), rel=1e-9)
+        assert found.objective == pytest.approx(objective_of(cell, arm, found.best.joints), rel=1e-9)
         if checked.free:
             assert found.objective == value
             continue

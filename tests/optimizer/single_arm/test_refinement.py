@@ -29,7 +29,7 @@ def test_a_candidate_ends_where_the_local_solver_ends(name: str) -> None:
     paths = evaluate_signed(problem, np.tile(task.position, (8, 1)), np.array(ALL_SIGNS))
     k = int(np.argmin(np.where(paths.violation[0] == 0.0, paths.objective[0], np.inf)))
     start = path_from(problem, task.position, ALL_SIGNS[k])
-    assert objective_of(task.cell.task, task.arm, start.joints) == pytest.approx(paths.objective[0, k], rel=1e-9)
+    assert objective_of(task.cell, task.arm, start.joints) == pytest.approx(paths.objective[0, k], rel=1e-9)
     solved = solve_locally(task.cell, task.arm, start, time.perf_counter() + 60.0)
     near = np.clip(solved.points[0].position + np.array([0.03, -0.02, 0.0]), box[:, 0], box[:, 1])
     paths = evaluate_signed(problem, near[None], np.array([ALL_SIGNS[k]]))

@@ -69,13 +69,13 @@ def test_the_model_of_the_objective_is_right_to_first_and_for_plain_arms_to_seco
     cell, point, unknowns, along = layout(name)
     model = quadratic(cell, [point], along, unknowns)
     rng = np.random.default_rng(1)
-    start = objective_of(cell.task, cell.arms[0], point.joints)
+    start = objective_of(cell, cell.arms[0], point.joints)
     for _ in range(5):
         way = rng.normal(size=unknowns.count)
 
         def cost(step: float, way: Floats = way) -> float:
             moved, _ = move(cell, [point], along, unknowns, step * way)
-            return objective_of(cell.task, cell.arms[0], moved[0].joints)
+            return objective_of(cell, cell.arms[0], moved[0].joints)
 
         assert (cost(1e-4) - cost(-1e-4)) / 2e-4 == pytest.approx(float(model.gradient @ way), rel=1e-4, abs=1e-3)
         wide = 2e-3  # followed joints are good to 1e-8: closer differences of second order are noise

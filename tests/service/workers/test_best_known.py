@@ -66,9 +66,7 @@ def test_a_layout_that_was_found_is_an_answer_with_all_that_belongs_to_it(first:
     (answer,) = told
     result = json.loads(answer.text or "")
     assert answer.outcome == "feasible"
-    own = sum(
-        objective_of(first.cell.task, arm, p.joints) for arm, p in zip(first.cell.arms, first.points, strict=True)
-    )
+    own = sum(objective_of(first.cell, arm, p.joints) for arm, p in zip(first.cell.arms, first.points, strict=True))
     assert answer.objective == pytest.approx(own, rel=1e-9)
     assert result["verification"]["limits_respected"] is True
     assert result["verification"]["max_position_error"] < 1e-6

@@ -6,6 +6,7 @@ from trying all of them, the yaw from trying every turn; bases from a dense grid
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 from itertools import product
 
@@ -42,7 +43,14 @@ def _solver(name: str) -> ssik.Manipulator:
 
 
 def cost_at(cell: Cell, arm: Arm, position: Floats) -> float:
-    """Least objective of the arm with its base at a position, over postures, windings and yaws; `USELESS` if none."""
+    """Least joint availability of the arm with its base at a position, over postures, windings and yaws; `USELESS` if
+    there is no path.
+    """
+    return min((path_cost(cell, arm, path) for path in paths_at(cell, arm, position)), default=USELESS)
+
+
+def paths_at(cell: Cell, arm: Arm, position: Floats) -> list[Floats]:
+    """Paths (m, 6) modulo 2π with joint 1 for yaw 0, whatever their limits, of an arm with its base at a position."""
     targets = cell.flange_targets(arm).copy()
     targets[:, :3, 3] -= position
     targets[:, :3] = arm.mount.T @ targets[:, :3]
@@ -50,9 +58,9 @@ def cost_at(cell: Cell, arm: Arm, position: Floats) -> float:
     for target in targets:
         layer = branches_of(arm.robot, target)
         if not len(layer):
-            return USELESS
+            return []
         layers.append(layer)
-    return min((path_cost(cell, arm, path) for path in _paths(arm.robot, layers)), default=USELESS)
+    return _paths(arm.robot, layers)
 
 
 def _paths(robot: Robot, layers: list[Floats]) -> list[Floats]:
@@ -110,7 +118,13 @@ def _yaw_cost(arm: Arm, firsts: list[Floats], weights: Floats) -> float:
     return best
 
 
-def brute_force(cell: Cell, arm: Arm, counts: tuple[int, int, int], known: Floats | None = None) -> float:
+def brute_force(
+    cell: Cell,
+    arm: Arm,
+    counts: tuple[int, int, int],
+    known: Floats | None = None,
+    judge: Callable[[Cell, Arm, Floats], float] = cost_at,
+) -> float:
     """Best objective found on a grid over the base region, the best few points refined.
 
     Args:
@@ -118,6 +132,7 @@ def brute_force(cell: Cell, arm: Arm, counts: tuple[int, int, int], known: Float
         arm: of six joints, the first upright.
         counts: grid points along x, y, z.
         known: (3,) a position worth trying as well.
+        judge: what a position costs.
     """
     bounds = arm.base.bounds[:3]
     free = bounds[:, 1] > bounds[:, 0]
@@ -128,7 +143,7 @@ def brute_force(cell: Cell, arm: Arm, counts: tuple[int, int, int], known: Float
     points = [np.array(point) for point in product(*axes)]
     if known is not None:
         points.append(known)
-    values = np.array([cost_at(cell, arm, point) for point in points])
+    values = np.array([judge(cell, arm, point) for point in points])
     best = float(values.min())
     for index in np.argsort(values)[:3]:
         if values[index] >= USELESS or not free.any():
@@ -139,7 +154,7 @@ def brute_force(cell: Cell, arm: Arm, counts: tuple[int, int, int], known: Float
             position[free] = x
             if np.any(position < bounds[:, 0]) or np.any(position > bounds[:, 1]):
                 return USELESS
-            return cost_at(cell, arm, position)
+            return judge(cell, arm, position)
 
         start = points[index][free]
         width = 0.5 * (bounds[free, 1] - bounds[free, 0]) / np.maximum(np.array(counts)[free] - 1, 1)

@@ -38,7 +38,8 @@ class Cell:
         objective: what the layout is to be best at.
 
     Raises:
-        InvalidInput: two arms have the same name; answers could not tell them apart.
+        InvalidInput: two arms have the same name, so that answers could not tell them apart; or a coupling ties arms
+            that it cannot.
     """
 
     task: Task
@@ -58,6 +59,8 @@ class Cell:
                     f"another arm is called {name!r} too; names must be unique. Rename one of them.",
                     f"/arms/{index}/name",
                 )
+        for coupling in self.couplings:
+            coupling.check(self.arms)
         for arm in self.arms:
             if arm.grasps is not None and len(arm.grasps) != len(self.task.starts):
                 raise ValueError(f"{arm.name} has {len(arm.grasps)} grasps for {len(self.task.starts)} jobs")

@@ -8,14 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, cast
 
 import numpy as np
 
 from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import inverse
 from duocell.models.cell.cell import Cell
-from duocell.models.cell.coupling import Coupling
 from duocell.models.cell.surroundings import Surroundings
 from duocell.models.cell.task import Task
 from duocell.optimizer.nlp.program import ArmSolution
@@ -42,7 +40,7 @@ class CanonicalForm:
         """Arms and obstacles by name; the poses in the direction that a comparison of both ways decides."""
         order = tuple(sorted(range(len(cell.arms)), key=lambda arm: cell.arms[arm].name))
         place = {arm: number for number, arm in enumerate(order)}
-        ties = tuple(_between(tie, tuple(place[arm] for arm in tie.arms)) for tie in cell.couplings)
+        ties = tuple(replace(tie, arms=tuple(place[arm] for arm in tie.arms)) for tie in cell.couplings)
         arms, around = tuple(cell.arms[arm] for arm in order), _sorted(cell.surroundings)
         form = replace(cell, arms=arms, surroundings=around, couplings=ties)
         backwards = _is_backwards(cell.task)
@@ -64,11 +62,6 @@ class CanonicalForm:
 
     def _turned(self, point: ArmSolution) -> ArmSolution:
         return replace(point, joints=point.joints[::-1]) if self.backwards else point
-
-
-def _between(tie: Coupling, arms: tuple[int, ...]) -> Coupling:
-    """All kinds of couplings are dataclasses with the numbers of their arms."""
-    return cast(Coupling, replace(cast(Any, tie), arms=arms))
 
 
 def _sorted(around: Surroundings) -> Surroundings:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, cast
 
 from duocell.models.cell.coupling.coupling import Coupling
 
@@ -13,11 +12,10 @@ def among(coupling: Coupling, arms: Sequence[int]) -> Coupling | None:
     """The coupling with the numbers that its arms have among some of a cell's arms; None if one of them is missing.
 
     Args:
-        coupling: a dataclass, as all kinds are.
+        coupling: any.
         arms: indices of the arms that are there.
     """
     if not set(coupling.arms) <= set(arms):
         return None
     numbers = tuple(list(arms).index(arm) for arm in coupling.arms)
-    renumbered: Coupling = replace(cast(Any, coupling), arms=numbers)
-    return renumbered
+    return replace(coupling, arms=numbers)

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, inf, sin
+from typing import ClassVar
 
-from duocell.models.cell.coupling.coupling import Base, Rows, check_arms
+from duocell.models.cell.coupling.coupling import Base, Coupling, Rows, check_arms
+from duocell.models.cell.coupling.relations import Bearing, Common, Linear, Relation, across, along
 
 APART = 0.01
 """m; two bases that are nearer to each other lie in no direction: without it two contradictory directions are kept in
@@ -14,7 +16,7 @@ one spot."""
 
 
 @dataclass(frozen=True, slots=True)
-class Direction:
+class Direction(Coupling):
     """The second base lies from the first in a fixed horizontal direction, at least `APART` away.
 
     Attributes:
@@ -22,9 +24,8 @@ class Direction:
         angle: rad, from the world's x axis.
     """
 
-    arms: tuple[int, ...]
     angle: float
-    kind: str = "direction"
+    kind: ClassVar[str] = "direction"
 
     def __post_init__(self) -> None:
         check_arms(self.arms, 2, 2)
@@ -37,3 +38,10 @@ class Direction:
         return Rows(
             (aside, along), (0.0, APART), (0.0, inf), ("direction of the second base", "side of the second base")
         )
+
+    def relations(self) -> tuple[Relation, ...]:
+        """On the line, on its side of the first base."""
+        first, second = self.arms
+        x, y, z = ahead = along(self.angle)
+        side = Linear(((first, (-x, -y, -z)), (second, ahead)), APART, inf)
+        return Common(self.arms, across(self.angle)), side, Bearing((first, second), self.angle, self.angle)

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
+from typing import ClassVar, Self
 
 from duocell.models.base.errors import InvalidInput
-from duocell.models.cell.coupling.coupling import Base, Rows, check_arms
+from duocell.models.cell.coupling.coupling import Base, Coupling, Rows, check_arms
+from duocell.models.cell.coupling.relations import Relation, Separation
 
 TINY = 1e-12
 """m²; keeps the root smooth where two bases coincide."""
 
 
 @dataclass(frozen=True, slots=True)
-class Distance:
+class Distance(Coupling):
     """Horizontal distance of two base origins.
 
     Attributes:
@@ -22,10 +24,9 @@ class Distance:
         minimum: m. maximum: m; infinite for none.
     """
 
-    arms: tuple[int, ...]
     minimum: float = 0.0
     maximum: float = inf
-    kind: str = "distance"
+    kind: ClassVar[str] = "distance"
 
     def __post_init__(self) -> None:
         check_arms(self.arms, 2, 2)
@@ -41,3 +42,13 @@ class Distance:
         first, second = (bases[arm] for arm in self.arms)
         value = ((second[0] - first[0]) ** 2 + (second[1] - first[1]) ** 2 + TINY) ** 0.5
         return Rows((value,), (self.minimum,), (self.maximum,), ("distance of the bases",))
+
+    def relations(self) -> tuple[Relation, ...]:
+        """The distance."""
+        first, second = self.arms
+        fields = "minimum", "maximum"
+        return (Separation((first, second), self.minimum, self.maximum, fields=fields),)
+
+    def loosened(self, amount: float) -> Self:
+        """With wider limits."""
+        return replace(self, minimum=max(self.minimum - amount, 0.0), maximum=self.maximum + amount)

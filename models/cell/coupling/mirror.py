@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, sin
+from typing import ClassVar
 
-from duocell.models.cell.coupling.coupling import Base, Rows, check_arms, sine
+from duocell.models.cell.coupling.coupling import Base, Coupling, Rows, check_arms, sine
+from duocell.models.cell.coupling.relations import Common, Linear, Relation, Yaws, Z, across, along
 
 
 @dataclass(frozen=True, slots=True)
-class Mirror:
+class Mirror(Coupling):
     """Mirrored about a vertical plane: positions, heights, and the x axes of the bases (z stays up, y follows).
 
     Attributes:
@@ -19,10 +21,9 @@ class Mirror:
         angle: rad, direction of the plane seen from above, from the world's x axis.
     """
 
-    arms: tuple[int, ...]
     point: tuple[float, float]
     angle: float
-    kind: str = "mirror"
+    kind: ClassVar[str] = "mirror"
 
     def __post_init__(self) -> None:
         check_arms(self.arms, 2, 2)
@@ -41,3 +42,16 @@ class Mirror:
         zeros = (0.0,) * 4
         labels = ("mirrored along the plane", "mirrored across the plane", "same height", "mirrored yaw")
         return Rows((shift, off, second[2] - first[2], turn), zeros, zeros, labels)
+
+    def relations(self) -> tuple[Relation, ...]:
+        """One height, one coordinate along the plane, places as far from it on both sides, and the sum of the yaws."""
+        first, second = self.arms
+        aside = across(self.angle)
+        middle = 2.0 * (aside[0] * self.point[0] + aside[1] * self.point[1])
+        total = 2.0 * self.angle
+        return (
+            Common(self.arms, Z),
+            Common(self.arms, along(self.angle)),
+            Linear(((first, aside), (second, aside)), middle, middle),
+            Yaws((first, second), 1, total, total, ("mirrored pair", "turn the mirror by"), "angle", 0.5),
+        )

@@ -6,12 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import cos, sin
+from typing import ClassVar
 
-from duocell.models.cell.coupling.coupling import Base, Rows, check_arms
+from duocell.models.cell.coupling.coupling import Base, Coupling, Rows, check_arms
+from duocell.models.cell.coupling.relations import Common, Relation, Z, across
 
 
 @dataclass(frozen=True, slots=True)
-class Rail:
+class Rail(Coupling):
     """All base origins on one line of a given direction, at one height.
 
     Attributes:
@@ -20,10 +22,9 @@ class Rail:
         point: (x, y) m that the rail passes through, or None where only its direction is given.
     """
 
-    arms: tuple[int, ...]
     angle: float
     point: tuple[float, float] | None = None
-    kind: str = "rail"
+    kind: ClassVar[str] = "rail"
 
     def __post_init__(self) -> None:
         check_arms(self.arms, 1 if self.point is not None else 2, None)
@@ -40,3 +41,9 @@ class Rail:
         zeros = (0.0,) * (len(off) + len(heights))
         labels = ("on the rail",) * len(off) + ("same height",) * len(heights)
         return Rows((*off, *heights), zeros, zeros, labels)
+
+    def relations(self) -> tuple[Relation, ...]:
+        """One height, and one coordinate across the rail, which its point gives."""
+        aside = across(self.angle)
+        level = None if self.point is None else aside[0] * self.point[0] + aside[1] * self.point[1]
+        return Common(self.arms, Z), Common(self.arms, aside, level)

@@ -16,12 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from duocell.models.base.arrays import Floats, Ints
-from duocell.models.cell.coupling import Coupling, Mirror
+from duocell.models.cell.coupling import Coupling
 from duocell.models.robot.arm import TURN
 from duocell.optimizer.certificate.bounds.ball import Ball
 from duocell.optimizer.certificate.bounds.rules import Rules
 from duocell.optimizer.certificate.bounds.yaw import unwrapped
 from duocell.optimizer.certificate.exclusion.yaw_cells import allowed_shifts, least_turn
+from duocell.optimizer.certificate.pairs.ties import mirrored_yaws
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -70,9 +71,9 @@ def mirrored_cost(couplings: tuple[Coupling, ...], arms: tuple[int, int], first:
     """(P,) what mirrored yaws add at least to the bounds of pairs of boxes."""
     added: Floats = np.zeros(len(first.yaw))
     both = first.weight + second.weight
-    for coupling in couplings:
-        if isinstance(coupling, Mirror) and set(arms) == set(coupling.arms) and both > 0.0:
-            off = first.yaw + second.yaw - 2.0 * coupling.angle
+    for total in mirrored_yaws(couplings, arms):
+        if both > 0.0:
+            off = first.yaw + second.yaw - total
             off = np.abs(off - TURN * np.round(off / TURN)) - first.radius - second.radius
             cost = np.maximum(off, 0.0) ** 2 * first.weight * second.weight / both
             added = np.maximum(added, cost - first.paid - second.paid)

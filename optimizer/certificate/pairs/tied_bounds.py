@@ -17,8 +17,8 @@ import numpy as np
 
 from duocell.models.base.arrays import Floats, Ints
 from duocell.models.cell.coupling import Coupling
-from duocell.models.cell.coupling.apart import Apart
 from duocell.optimizer.certificate.arm_tree import ArmTree
+from duocell.optimizer.certificate.bounds.boxes import Boxes
 from duocell.optimizer.certificate.bounds.linear import Linear
 from duocell.optimizer.certificate.pairs.mirrored_yaw import BestYaw, sum_of_yaws
 from duocell.optimizer.certificate.pairs.ties import Tie, mirrored_yaws, ties, yaw_tie
@@ -41,10 +41,10 @@ class TiedBounds:
 
     @property
     def useful(self) -> bool:
-        """True if some coupling with a row here (`ties`) holds for both arms."""
-        return any(
-            set(self.arms) <= set(coupling.arms) for coupling in self.couplings if not isinstance(coupling, Apart)
-        )
+        """True if some coupling has a row here (`ties`) for both arms."""
+        nowhere = Boxes(np.zeros((1, 3)), np.zeros((1, 3)), np.zeros(1, dtype=np.int64))
+        rows = ties(self.couplings, self.arms, nowhere, nowhere)
+        return bool(rows) or bool(mirrored_yaws(self.couplings, self.arms))
 
     def __call__(self, first: Ints, second: Ints, yaws: tuple[BestYaw, BestYaw]) -> Floats:
         """(P,) no layout in pairs of boxes costs less.

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, sin
+from math import isfinite
 
 import numpy as np
 
 from duocell.models.base.arrays import Bools, Floats
-from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.cell.coupling import Coupling
+from duocell.models.cell.coupling.relations import Linear, Separation, Yaws, linear_between
 from duocell.optimizer.certificate.bounds.boxes import Boxes
 from duocell.optimizer.certificate.exclusion.causes import TOLERANCE
 
@@ -16,7 +17,6 @@ STEEP = 10.0
 """What a row in metres is multiplied by: a millimetre that is missing shall be felt like a hundredth of a radian."""
 NEAR = 1.5
 """A distance between two boxes is expanded where it is more than so many times what it may change by."""
-Z = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -39,24 +39,31 @@ class Tie:
 
 
 def ties(couplings: tuple[Coupling, ...], arms: tuple[int, int], first: Boxes, second: Boxes) -> list[Tie]:
-    """The rows that couplings of both arms have for places; arguments as for `couplings.untied`."""
-    rows = []
+    """The rows that couplings have for the places of both arms; arguments as for `couplings.untied`.
+
+    Rows with a limit on one side only are left out: the cheapest places seldom touch it.
+    """
+    rows: list[Tie] = []
     for coupling in couplings:
-        if set(arms) <= set(coupling.arms):
-            rows += _rows(coupling, first, second)
-        if isinstance(coupling, Rail) and coupling.point is not None:
-            across = _level(coupling.angle + 0.5 * np.pi)
-            at = float(across[:2] @ np.array(coupling.point))
-            if arms[0] in coupling.arms:
-                rows.append(_equal(first.centre @ across - at, across, 0.0 * across))
-            if arms[1] in coupling.arms:
-                rows.append(_equal(second.centre @ across - at, 0.0 * across, across))
+        relations = coupling.relations()
+        two_sided = (row for row in linear_between(relations, *arms) if isfinite(row.low) and isfinite(row.high))
+        rows += [_linear(row, arms, first, second) for row in two_sided]
+        for relation in relations:
+            if isinstance(relation, Separation) and relation.level and set(relation.arms) == set(arms):
+                apart = second.centre - first.centre
+                rows.append(_between(apart, first, second, relation.minimum, relation.maximum))
     return rows
 
 
 def mirrored_yaws(couplings: tuple[Coupling, ...], arms: tuple[int, int]) -> list[float]:
-    """rad, what the sum of both yaws is modulo 2π, for every mirror that holds for both arms."""
-    return [2.0 * each.angle for each in couplings if isinstance(each, Mirror) and set(arms) <= set(each.arms)]
+    """rad, what the sum of both yaws is modulo 2π, for every coupling that says it for both arms."""
+    return [yaws.low for yaws in tied_yaws(couplings, arms) if yaws.sense > 0 and yaws.low == yaws.high]
+
+
+def tied_yaws(couplings: tuple[Coupling, ...], arms: tuple[int, int]) -> list[Yaws]:
+    """What couplings say of the yaws of both arms."""
+    relations = (relation for coupling in couplings for relation in coupling.relations())
+    return [each for each in relations if isinstance(each, Yaws) and set(each.arms) == set(arms)]
 
 
 def yaw_tie(total: Floats, known: Bools, sigma: tuple[int, int]) -> Tie:
@@ -72,37 +79,19 @@ def yaw_tie(total: Floats, known: Bools, sigma: tuple[int, int]) -> Tie:
     return Tie(-total, none, none, np.zeros(len(total)), -limit, limit, slopes)
 
 
-def _rows(coupling: Coupling, first: Boxes, second: Boxes) -> list[Tie]:
-    apart = second.centre - first.centre
-    match coupling:
-        case SameHeight():
-            return [_equal(apart @ Z, -Z, Z)]
-        case Rail(angle=angle):
-            across = _level(angle + 0.5 * np.pi)
-            return [_equal(apart @ Z, -Z, Z), _equal(apart @ across, -across, across)]
-        case Direction(angle=angle):
-            across = _level(angle + 0.5 * np.pi)
-            return [_equal(apart @ across, -across, across)]
-        case Mirror(point=point, angle=angle):
-            along, across = _level(angle), _level(angle + 0.5 * np.pi)
-            sums = (first.centre + second.centre - 2.0 * np.array([*point, 0.0])) @ across
-            return [_equal(apart @ Z, -Z, Z), _equal(apart @ along, -along, along), _equal(sums, across, across)]
-        case Distance(minimum=minimum, maximum=maximum):
-            return [_between(apart, first, second, minimum, maximum)]
-        case _:
-            return []
-
-
-def _level(angle: float) -> Floats:
-    """(3,) a level direction."""
-    return np.array([cos(angle), sin(angle), 0.0])
-
-
-def _equal(value: Floats, first: Floats, second: Floats) -> Tie:
-    """A row (P,) [m] that has to be 0, with slopes (3,)."""
-    shape, limit = (len(value), 3), np.full(len(value), STEEP * TOLERANCE)
-    slopes = np.broadcast_to(STEEP * first, shape), np.broadcast_to(STEEP * second, shape)
-    return Tie(STEEP * value, *slopes, np.zeros(len(value)), -limit, limit)
+def _linear(row: Linear, arms: tuple[int, int], first: Boxes, second: Boxes) -> Tie:
+    """A row of one or both places (P,)."""
+    slopes = {arm: STEEP * np.array(direction) for arm, direction in row.terms}
+    one, other = (slopes.get(arm, np.zeros(3)) for arm in arms)
+    count = len(first)
+    return Tie(
+        first.centre @ one + second.centre @ other,
+        np.broadcast_to(one, (count, 3)),
+        np.broadcast_to(other, (count, 3)),
+        np.zeros(count),
+        np.full(count, STEEP * (row.low - TOLERANCE)),
+        np.full(count, STEEP * (row.high + TOLERANCE)),
+    )
 
 
 def _between(apart: Floats, first: Boxes, second: Boxes, minimum: float, maximum: float) -> Tie:

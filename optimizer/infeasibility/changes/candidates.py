@@ -10,7 +10,6 @@ import shapely
 
 from duocell.models.base.arrays import Floats
 from duocell.models.cell.cell import Cell
-from duocell.models.cell.coupling import Distance
 from duocell.models.cell.floor import Floor
 from duocell.models.cell.surroundings import PairClass
 from duocell.models.geometry.shapes import HalfSpace
@@ -208,19 +207,19 @@ def _grown(polygon: Floats, amount: float) -> Floats:
 
 
 def _coupling(cell: Cell, requirement: Requirement) -> Remedy:
-    """A coupling left out, or a distance with wider limits."""
+    """A coupling with wider limits where it has such, or left out."""
     k = requirement.index
     coupling = cell.couplings[k]
     names = " and ".join(cell.arms[arm].name for arm in coupling.arms)
     others = cell.couplings[:k], cell.couplings[k + 1 :]
-    if isinstance(coupling, Distance):
+    if coupling.loosened(0.0) is not None:
 
         def wider(amount: float) -> Cell:
-            low, high = max(coupling.minimum - amount, 0.0), coupling.maximum + amount
-            return replace(cell, couplings=(*others[0], Distance(coupling.arms, low, high), *others[1]))
+            looser = coupling.loosened(amount) or coupling
+            return replace(cell, couplings=(*others[0], looser, *others[1]))
 
         def in_words(amount: float) -> str:
-            return f"let {names} stand {1e3 * amount:.0f} mm nearer or farther apart than coupling distance does"
+            return f"let {names} stand {1e3 * amount:.0f} mm nearer or farther apart than coupling {coupling.kind} does"
 
         return Remedy(wider, in_words, f"/coupling/{k}", 0.05, FARTHEST, 1e-3, requirement)
 

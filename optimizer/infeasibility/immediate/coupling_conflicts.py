@@ -8,7 +8,8 @@ nothing, they cannot be kept.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from itertools import combinations
 from math import ceil, cos, floor, inf, isfinite, pi, sin
 
 import numpy as np
@@ -17,11 +18,15 @@ from scipy.optimize import linprog
 from duocell.models.base.arrays import Floats
 from duocell.models.base.kept import KEPT
 from duocell.models.cell.cell import Cell
-from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror
-from duocell.models.cell.coupling.apart import Apart
+from duocell.models.cell.coupling import Coupling
+from duocell.models.cell.coupling.relations import Bearing, Separation, Yaws, linear_rows
 from duocell.models.robot.arm import TURN
 from duocell.optimizer.infeasibility.immediate.cause import SURE, Infeasibility
-from duocell.optimizer.infeasibility.immediate.distance_conflicts import distance_conflicts
+from duocell.optimizer.infeasibility.immediate.distance_conflicts import (
+    distance_conflicts,
+    field_of,
+    level_distances,
+)
 from duocell.optimizer.reduction.box import search_box
 
 SIDES = 32
@@ -32,17 +37,13 @@ def coupling_conflicts(cell: Cell) -> tuple[Infeasibility, ...]:
     """Couplings that no bases keep; those that fail by themselves first."""
     if not cell.couplings:
         return ()
-    found = distance_conflicts(cell)
+    found = [*distance_conflicts(cell), *_different_yaws(cell)]
     if found:
         return tuple(found)
     for boxes in (_regions(cell), _within_reach(cell)):
         if boxes is None:
             continue
-        found = [
-            cause
-            for k, coupling in enumerate(cell.couplings)
-            for cause in (*_distances(cell, k, coupling, boxes), *_mirrored_yaw(cell, k, coupling))
-        ]
+        found = [cause for k, coupling in enumerate(cell.couplings) for cause in _alone(cell, k, coupling, boxes)]
         found = found or _together(cell, boxes)
         if found:
             break
@@ -60,31 +61,37 @@ def _within_reach(cell: Cell) -> Floats | None:
     return None if np.any(boxes[..., 0] > boxes[..., 1]) else boxes
 
 
-def _distances(cell: Cell, k: int, coupling: Coupling, boxes: Floats) -> list[Infeasibility]:
+def _alone(cell: Cell, k: int, coupling: Coupling, boxes: Floats) -> list[Infeasibility]:
+    """What one coupling asks for and the bases do not allow."""
+    found = [cause for distance in level_distances(coupling) for cause in _distance(cell, k, distance, boxes)]
+    yaws = (each for each in coupling.relations() if isinstance(each, Yaws))
+    return found + [cause for each in yaws for cause in _yaws(cell, k, each)]
+
+
+def _distance(cell: Cell, k: int, asked: Separation, boxes: Floats) -> list[Infeasibility]:
     """A distance that the boxes of two bases do not allow."""
-    if not isinstance(coupling, Distance):
-        return []
-    first, second = (boxes[arm, :2] for arm in coupling.arms)
+    first, second = (boxes[arm, :2] for arm in asked.arms)
     apart = np.maximum(np.maximum(second[:, 0] - first[:, 1], first[:, 0] - second[:, 1]), 0.0)
     across = np.maximum(second[:, 1] - first[:, 0], first[:, 1] - second[:, 0])
     least, most = float(np.hypot(*apart)), float(np.hypot(*across))
-    names = " and ".join(cell.arms[arm].name for arm in coupling.arms)
-    if coupling.minimum > most + KEPT + SURE:
-        wanted, possible, field, side = coupling.minimum, floor(1e3 * most) / 1e3, "minimum", "at most"
-    elif coupling.maximum < least - KEPT - SURE:
-        wanted, possible, field, side = coupling.maximum, ceil(1e3 * least) / 1e3, "maximum", "at least"
+    names = " and ".join(cell.arms[arm].name for arm in asked.arms)
+    if asked.minimum > most + KEPT + SURE:
+        wanted, possible, end, side = asked.minimum, floor(1e3 * most) / 1e3, "minimum", "at most"
+    elif asked.maximum < least - KEPT - SURE:
+        wanted, possible, end, side = asked.maximum, ceil(1e3 * least) / 1e3, "maximum", "at least"
     else:
         return []
+    kind = cell.couplings[k].kind
     detail = (
-        f"{names}: coupling distance asks for a {field} of {wanted:g} m, but their bases stand {side} {possible:g} m "
-        f"apart: ask for {possible:g} m, or change the base regions by {abs(wanted - possible):.3f} m"
+        f"{names}: coupling {kind} asks for a {end} of {wanted:g} m, but their bases stand {side} "
+        f"{possible:g} m apart: ask for {possible:g} m, or change the base regions by {abs(wanted - possible):.3f} m"
     )
-    pointer = f"/coupling/{k}/{field}"
+    pointer = field_of(k, asked.fields[end == "maximum"])
     return [
         Infeasibility(
             kind="coupling",
             detail=detail,
-            arms=coupling.arms,
+            arms=asked.arms,
             required=wanted,
             possible=possible,
             missing=abs(wanted - possible),
@@ -94,26 +101,54 @@ def _distances(cell: Cell, k: int, coupling: Coupling, boxes: Floats) -> list[In
     ]
 
 
-def _mirrored_yaw(cell: Cell, k: int, coupling: Coupling) -> list[Infeasibility]:
-    """Yaws whose intervals leave no mirrored pair: yaw1 + yaw2 = 2 angle, modulo a turn."""
-    if not isinstance(coupling, Mirror):
-        return []
-    first, second = (cell.arms[arm].base for arm in coupling.arms)
+def _yaws(cell: Cell, k: int, asked: Yaws) -> list[Infeasibility]:
+    """Yaws whose intervals leave no pair that keeps a coupling, modulo a turn."""
+    first, second = (cell.arms[arm].base for arm in asked.arms)
     if first.yaw_free or second.yaw_free:
         return []
-    low, high = first.yaw.low + second.yaw.low, first.yaw.high + second.yaw.high
-    wanted = 2.0 * coupling.angle
-    turned = wanted + TURN * ceil((low - wanted) / TURN - 1e-12)
-    violation = min(turned - high, low - (turned - TURN))
+    ends = sorted((asked.sense * first.yaw.low, asked.sense * first.yaw.high))
+    violation = _apart((ends[0] + second.yaw.low, ends[1] + second.yaw.high), (asked.low, asked.high))
     if violation <= 2.0 * KEPT + SURE:
         return []
-    names = " and ".join(cell.arms[arm].name for arm in coupling.arms)
+    names = " and ".join(cell.arms[arm].name for arm in asked.arms)
+    kept, remedy = asked.words
     detail = (
-        f"{names}: coupling mirror ties their yaws, whose intervals leave no mirrored pair: widen them by "
-        f"{violation:.4f} rad together, or turn the mirror by {0.5 * violation:.4f} rad"
+        f"{names}: coupling {cell.couplings[k].kind} ties their yaws, whose intervals leave no {kept}: widen them by "
+        f"{violation:.4f} rad together, or {remedy} {asked.share * violation:.4f} rad"
     )
-    pointer = f"/coupling/{k}/angle"
-    return [Infeasibility("coupling", detail, coupling.arms, missing=violation, pointer=pointer, unit="rad")]
+    pointer = field_of(k, asked.field)
+    return [Infeasibility("coupling", detail, asked.arms, missing=violation, pointer=pointer, unit="rad")]
+
+
+def _apart(given: tuple[float, float], asked: tuple[float, float]) -> float:
+    """rad between two intervals of angles modulo a turn, the shorter way; negative where they overlap."""
+    low = asked[0] + TURN * ceil((given[0] - asked[0]) / TURN - 1e-12)
+    return min(low - given[1], given[0] - (low - TURN + asked[1] - asked[0]))
+
+
+def _different_yaws(cell: Cell) -> list[Infeasibility]:
+    """Two couplings that ask for different sums, or differences, of the same yaws."""
+    asked = [
+        (k, each)
+        for k, coupling in enumerate(cell.couplings)
+        for each in coupling.relations()
+        if isinstance(each, Yaws)
+    ]
+    found = []
+    for (k, one), (other_k, other) in combinations(asked, 2):
+        if set(one.arms) != set(other.arms) or one.sense != other.sense:
+            continue
+        turned = one.sense < 0 and one.arms != other.arms
+        wanted = (-other.high, -other.low) if turned else (other.low, other.high)
+        violation = _apart((one.low, one.high), wanted)
+        if violation <= 4.0 * KEPT + SURE:
+            continue
+        names = " and ".join(cell.arms[arm].name for arm in one.arms)
+        kinds = " and ".join(f"{cell.couplings[i].kind} (coupling {i})" for i in (k, other_k))
+        detail = f"{names}: {kinds} ask for yaws that are {violation:.4f} rad apart: change one by as much, or drop one"
+        pointer = field_of(other_k, other.field)
+        found.append(Infeasibility("coupling", detail, one.arms, missing=violation, pointer=pointer, unit="rad"))
+    return found
 
 
 def _together(cell: Cell, boxes: Floats) -> list[Infeasibility]:
@@ -155,54 +190,42 @@ def _linear(couplings: Sequence[Coupling], arms: int) -> tuple[Floats, Floats]:
     """Rows (K, 3 A) of the positions and their upper limits (K,)."""
     rows: list[Floats] = []
     highs: list[float] = []
+
+    def add(terms: Iterable[tuple[int, Iterable[float]]], high: float) -> None:
+        if isfinite(high):
+            row = np.zeros((arms, 3))
+            for arm, slope in terms:
+                row[arm] = tuple(slope)
+            rows.append(row.ravel())
+            highs.append(high)
+
     for coupling in couplings:
-        if isinstance(coupling, Distance):
-            for angle in np.arange(SIDES) * (2.0 * pi / SIDES) if isfinite(coupling.maximum) else ():
-                row = np.zeros((arms, 3))
-                row[coupling.arms[1], :2] = cos(angle), sin(angle)
-                row[coupling.arms[0], :2] = -row[coupling.arms[1], :2]
-                rows.append(row.ravel())
-                highs.append(coupling.maximum)
-            for angle in _directions(coupling, couplings):
-                row = np.zeros((arms, 3))
-                row[coupling.arms[0], :2] = cos(angle), sin(angle)
-                row[coupling.arms[1], :2] = -row[coupling.arms[0], :2]
-                rows.append(row.ravel())
-                highs.append(-max(coupling.minimum - KEPT, 0.0))
-            continue
-        if isinstance(coupling, Apart):  # in all directions alike
-            continue
-        start = coupling.rows([np.zeros(4)] * arms)
-        slopes = np.array([_slopes(coupling, arms, index, start.values) for index in range(3 * arms)])
-        for r, (value, low, high, label) in enumerate(
-            zip(start.values, start.lower, start.upper, start.labels, strict=True)
-        ):
-            if label == "mirrored yaw":
-                continue
-            if isfinite(high):
-                rows.append(slopes[:, r])
-                highs.append(high - float(value))
-            if isfinite(low):
-                rows.append(-slopes[:, r])
-                highs.append(float(value) - low)
+        for each in linear_rows(coupling.relations()):
+            add(each.terms, each.high)
+            add([(arm, [-value for value in way]) for arm, way in each.terms], -each.low)
+        for distance in level_distances(coupling):
+            first, second = distance.arms
+            for angle in np.arange(SIDES) * (2.0 * pi / SIDES):
+                way = np.array([cos(angle), sin(angle), 0.0])
+                add([(first, -way), (second, way)], distance.maximum)
+            for angle in _directions(distance, couplings):
+                way = np.array([cos(angle), sin(angle), 0.0])
+                add([(first, way), (second, -way)], -max(distance.minimum - KEPT, 0.0))
     return np.array(rows).reshape(-1, 3 * arms), np.array(highs)
 
 
-def _directions(distance: Distance, couplings: Sequence[Coupling]) -> list[float]:
+def _directions(distance: Separation, couplings: Sequence[Coupling]) -> list[float]:
     """rad, in which the second base of a distance lies from the first: what lies along it is then all of the distance.
 
     It may be off by `KEPT` to the side, which shortens it by less.
     """
     first, second = distance.arms
-    directions = [coupling for coupling in couplings if isinstance(coupling, Direction)]
-    return [direction.angle for direction in directions if direction.arms == (first, second)] + [
-        direction.angle + pi for direction in directions if direction.arms == (second, first)
+    directions = [
+        each
+        for coupling in couplings
+        for each in coupling.relations()
+        if isinstance(each, Bearing) and each.axis is None and each.low == each.high
     ]
-
-
-def _slopes(coupling: Coupling, arms: int, index: int, start: Sequence[float]) -> list[float]:
-    """Change of every row by one coordinate: exact, for the rows are linear."""
-    bases = np.zeros((arms, 4))
-    bases[index // 3, index % 3] = 1.0
-    values = coupling.rows(list(bases)).values
-    return [float(value) - float(before) for value, before in zip(values, start, strict=True)]
+    return [direction.low for direction in directions if direction.arms == (first, second)] + [
+        direction.low + pi for direction in directions if direction.arms == (second, first)
+    ]

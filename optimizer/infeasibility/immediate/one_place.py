@@ -1,4 +1,4 @@
-"""Base regions so small and so near to each other that two arms would stand in one place."""
+"""Base regions, or couplings, that leave two arms in one place."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from duocell.models.base.kept import KEPT
 from duocell.models.cell.cell import Cell
+from duocell.models.cell.coupling.relations import Separation
 from duocell.models.cell.one_place import NEAREST, one_machine
 from duocell.optimizer.infeasibility.immediate.cause import SURE, Infeasibility, millimetres
 
@@ -27,4 +28,25 @@ def one_place_conflicts(cell: Cell) -> tuple[Infeasibility, ...]:
             found.append(
                 Infeasibility("collision", detail, (first, second), missing=NEAREST - most, pointer="/arms", unit="m")
             )
-    return tuple(found)
+    return (*found, *_tied(cell))
+
+
+def _tied(cell: Cell) -> list[Infeasibility]:
+    """Couplings that hold two bases too near to each other."""
+    found = []
+    for k, coupling in enumerate(cell.couplings):
+        for relation in coupling.relations():
+            if not isinstance(relation, Separation) or relation.level:
+                continue
+            one, other = (cell.arms[arm] for arm in relation.arms)
+            if relation.maximum < NEAREST - KEPT - SURE and not one_machine(one, other):
+                detail = (
+                    f"{one.name} and {other.name} would stand in one place: coupling {coupling.kind} leaves "
+                    f"{millimetres(relation.maximum)} between their bases, and two need {millimetres(NEAREST)} at "
+                    "least; move them farther apart"
+                )
+                missing, pointer = NEAREST - relation.maximum, f"/coupling/{k}"
+                found.append(
+                    Infeasibility("coupling", detail, relation.arms, missing=missing, pointer=pointer, unit="m")
+                )
+    return found

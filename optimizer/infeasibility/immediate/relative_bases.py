@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations
-from math import cos, inf, sin
+from math import inf
 
 import numpy as np
 
@@ -16,12 +16,13 @@ from duocell.models.base.arrays import Bools, Floats
 from duocell.models.base.kept import KEPT
 from duocell.models.base.pose import transform
 from duocell.models.cell.cell import Cell
-from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.cell.coupling.relations import Bearing, Separation, across, along, linear_between
 from duocell.models.cell.surroundings import PairClass
 from duocell.models.collision.collision import CollisionModel
 from duocell.models.geometry.separation import separation
 from duocell.models.geometry.shapes import Sphere
 from duocell.models.kinematics.chain import chain_of
+from duocell.models.robot.arm import TURN
 from duocell.optimizer.infeasibility.immediate.cause import SURE, Infeasibility, millimetres, rounded_down
 from duocell.optimizer.reduction.box import search_box
 
@@ -67,7 +68,7 @@ def relative_base_conflicts(cell: Cell, model: CollisionModel | None) -> tuple[I
     found = []
     for first, second in combinations(range(len(cell.arms)), 2):
         root = np.stack([boxes[second][:, 0] - boxes[first][:, 1], boxes[second][:, 1] - boxes[first][:, 0]], axis=-1)
-        ties = _ties(cell.couplings, first, second)
+        ties = _ties(cell, first, second, float(np.linalg.norm(np.max(np.abs(root[:2]), axis=1))))
         if _empty(root, ties, None, 0.0):
             found.append(_contradiction(cell, first, second))
             continue
@@ -82,36 +83,44 @@ def relative_base_conflicts(cell: Cell, model: CollisionModel | None) -> tuple[I
     return tuple(found)
 
 
-def _ties(couplings: tuple[Coupling, ...], first: int, second: int) -> _Ties:
-    """What the couplings of two arms ask of their relative position."""
+def _ties(cell: Cell, first: int, second: int, far: float) -> _Ties:
+    """What the couplings of two arms ask of their relative position.
+
+    Args:
+        cell: the cell. first: number of one arm. second: of the other.
+        far: m, how far apart they are at most.
+    """
     rows: list[tuple[Floats, float, float]] = []
-    least, most, level = 0.0, inf, np.array([0.0, 0.0, 1.0])
-    for coupling in couplings:
-        if first not in coupling.arms or second not in coupling.arms:
-            continue
-        sense = 1.0 if coupling.arms.index(first) < coupling.arms.index(second) else -1.0
-        match coupling:
-            case Distance(minimum=low, maximum=high):
-                least, most = max(least, low), min(most, high)
-            case SameHeight():
-                rows.append((level, 0.0, 0.0))
-            case Direction(angle=angle):
-                rows.append((_aside(angle), 0.0, 0.0))
-                rows.append((sense * _along(angle), 0.0, inf))
-            case Rail(angle=angle):
-                rows += [(_aside(angle), 0.0, 0.0), (level, 0.0, 0.0)]
-            case Mirror(angle=angle):
-                rows += [(_along(angle), 0.0, 0.0), (level, 0.0, 0.0)]
+    least, most = 0.0, inf
+    for coupling in cell.couplings:
+        relations = coupling.relations()
+        for row in linear_between(relations, first, second):
+            slopes = {arm: np.array(way) for arm, way in row.terms}
+            if len(slopes) == 2 and np.array_equal(slopes[first], -slopes[second]):
+                rows.append((slopes[second], row.low, row.high))
+        for relation in relations:
+            if isinstance(relation, Separation) and relation.level and set(relation.arms) == {first, second}:
+                least, most = max(least, relation.minimum), min(most, relation.maximum)
+            elif isinstance(relation, Bearing) and set(relation.arms) == {first, second}:
+                rows += _sector(cell, relation, 1.0 if relation.arms[0] == first else -1.0, far)
     matrix = np.array([row for row, _, _ in rows]).reshape(-1, 3)
     return _Ties(matrix, np.array([low for _, low, _ in rows]), np.array([high for _, _, high in rows]), least, most)
 
 
-def _along(angle: float) -> Floats:
-    return np.array([cos(angle), sin(angle), 0.0])
+def _sector(cell: Cell, bearing: Bearing, sense: float, far: float) -> list[tuple[Floats, float, float]]:
+    """Rows of a direction that counts from a yaw which is bounded; scaled, so that a slack [m] is one of angles.
 
-
-def _aside(angle: float) -> Floats:
-    return np.array([-sin(angle), cos(angle), 0.0])
+    Directions from the world's axis have rows of their own.
+    """
+    if bearing.axis is None or cell.arms[bearing.axis].base.yaw_free:
+        return []
+    yaw = cell.arms[bearing.axis].base.yaw
+    low, high = yaw.low + bearing.low, yaw.high + bearing.high
+    scale = sense / max(far, 1.0)
+    left_of_low, left_of_high = scale * np.array(across(low)), scale * np.array(across(high))
+    if low == high:
+        return [(left_of_low, 0.0, 0.0), (scale * np.array(along(low)), 0.0, inf)]
+    return [(left_of_low, 0.0, inf), (left_of_high, -inf, 0.0)] if high - low < 0.5 * TURN else []
 
 
 def _balls(cell: Cell, model: CollisionModel, a: int) -> _Balls:

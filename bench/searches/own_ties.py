@@ -12,7 +12,7 @@ import numpy as np
 
 from duocell.models.base.arrays import Floats
 from duocell.models.cell.cell import Cell
-from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, Rigid, SameHeight
 from duocell.models.robot.arm import Interval
 
 
@@ -58,6 +58,10 @@ class FreeBases:
                 off = normal @ (x[:2] - np.array(point)[:, None])
                 first, second = x[:3], np.stack([*(x[:2] - 2.0 * np.outer(normal, off)), x[2]])
                 yaws = np.stack([x[3], 2.0 * angle - x[3]])
+            case Rigid():
+                ahead, aside = np.array([np.cos(x[3]), np.sin(x[3])]), np.array([-np.sin(x[3]), np.cos(x[3])])
+                first, second = x[:3], np.stack([*(x[:2] + x[4] * ahead + x[5] * aside), x[2] + x[6]])
+                yaws = np.stack([x[3], x[3] + x[7]])
             case _:
                 raise ValueError(f"{self.tie.kind} is not known here")
         places = np.stack([first.T, second.T])
@@ -82,6 +86,11 @@ class FreeBases:
             case Mirror():
                 low = float(self.bounds[3, 0])
                 rows = [*one[:3], low + (one[3] - low) % (2.0 * pi)]
+            case Rigid(yaw=yaw):
+                low = float(self.bounds[3, 0])
+                turn = np.array([[cos(one[3]), sin(one[3])], [-sin(one[3]), cos(one[3])]])
+                difference = yaw.low + (other[3] - one[3] - yaw.low + 1e-9) % (2.0 * pi) - 1e-9
+                rows = [*one[:3], low + (one[3] - low) % (2.0 * pi), *(turn @ apart), other[2] - one[2], difference]
             case _:
                 raise ValueError(f"{self.tie.kind} is not known here")
         return np.clip(np.array(rows, dtype=np.float64), self.bounds[:, 0], self.bounds[:, 1])
@@ -129,6 +138,8 @@ def free_bases(cell: Cell) -> FreeBases:
             rows = [*spans, offset, level]
         case Mirror():
             rows = [x[0], y[0], level, regions[0].yaw]
+        case Rigid():
+            rows = [x[0], y[0], z[0], regions[0].yaw, tie.x, tie.y, tie.z, tie.yaw]
         case _:
             raise ValueError(f"{tie.kind} is not known here")
     return FreeBases(cell, tie, np.array([[row.low, row.high] for row in rows]))

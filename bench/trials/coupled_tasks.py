@@ -1,6 +1,7 @@
-"""Two arms tied by each of the five couplings, nothing else in the cell: ``python -m bench.trials.coupled_tasks``.
+"""Two arms tied by one of the couplings, nothing else in the cell: ``python -m bench.trials.coupled_tasks``.
 
-A layout is drawn first and the coupling is made to hold there, so every task has one. Judge is
+A layout is drawn first and the coupling is made to hold there, so every task has one. Seeds below `RIGID` take five kinds
+in turn, those from there on are of two arms on one stand. Judge is
 `bench.searches.long_search`.
 """
 
@@ -19,7 +20,7 @@ from duocell.models.base.arrays import Floats
 from duocell.models.base.pose import inverse, rotation_about, rotation_z, transform
 from duocell.models.catalogue.catalogue import robot
 from duocell.models.cell.cell import Cell
-from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, Rigid, SameHeight
 from duocell.models.cell.task import Task, line
 from duocell.models.kinematics.kinematics import flange_poses
 from duocell.models.robot.arm import FREE_YAW, Arm, BaseRegion, Interval, range_weights
@@ -27,6 +28,8 @@ from duocell.optimizer.settings import Settings
 
 NAME = "coupled_tasks"
 KINDS = ("same_z", "distance", "direction", "mirror", "rail")
+RIGID = 100_000
+"""The first seed of two arms on one stand."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +42,9 @@ class CoupledTask:
 
 
 def coupled_task(seed: int) -> CoupledTask:
-    """Task ``seed``; kinds in turn."""
+    """Task ``seed``."""
     rng = draw_of(NAME, seed)
-    kind = KINDS[seed % len(KINDS)]
+    kind = "rigid" if seed >= RIGID else KINDS[seed % len(KINDS)]
     while True:
         found = _try(rng, kind)
         if found is not None:
@@ -201,9 +204,21 @@ def _tie(rng: np.random.Generator, kind: str, stands: Floats) -> Coupling:
             return Direction((0, 1), angle)
         case "rail":
             return Rail((0, 1), angle, (float(stands[0, 0]), float(stands[0, 1])) if rng.random() < 0.5 else None)
+        case "rigid":
+            return _stand(rng, stands)
         case _:
             middle = 0.5 * (stands[0, :2] + stands[1, :2])
             return Mirror((0, 1), (float(middle[0]), float(middle[1])), angle + 0.5 * np.pi)
+
+
+def _stand(rng: np.random.Generator, stands: Floats) -> Rigid:
+    """The second base in the frame of the first; as it is, or in a box about it."""
+    x, y, z = rotation_z(stands[0, 3]).T @ (stands[1, :3] - stands[0, :3])
+    turn = float(stands[1, 3] - stands[0, 3])
+    exact = rng.random() < 0.5
+    widths = np.zeros(4) if exact else rng.choice([0.0, 1.0], 4) * rng.uniform(0.02, 0.4, 4)
+    sides = (_about(rng, float(v), w) for v, w in zip((x, y, z, turn), widths, strict=True))
+    return Rigid((0, 1), *sides)
 
 
 if __name__ == "__main__":

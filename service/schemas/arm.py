@@ -7,14 +7,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from duocell.service.schemas.base import MOST_JOINTS, TAG, Interval, Label, PerJoint, Strict, Weight
+from duocell.service.schemas.base import MOST_JOINTS, TAG, Interval, Label, NumberOrInterval, PerJoint, Strict, Weight
 from duocell.service.schemas.pose import IDENTITY, Pose
 from duocell.service.schemas.shapes import CAPSULE, Solid
 from duocell.service.schemas.surroundings import Footprint, Pedestal
-
-
-def _number_or_interval(value: Any) -> str:
-    return f"{TAG}interval" if isinstance(value, list) else f"{TAG}number"
 
 
 def _word_or_list(value: Any) -> str:
@@ -25,11 +21,6 @@ def _name_or_table(value: Any) -> str:
     return f"{TAG}table" if isinstance(value, (dict, DhTable)) else f"{TAG}name"
 
 
-Allowed = Annotated[
-    Annotated[float, Tag("@number")] | Annotated[Interval, Tag("@interval")], Discriminator(_number_or_interval)
-]
-"""A fixed value or the interval to choose from."""
-
 Weights = Annotated[
     Annotated[Literal["range", "equal"], Tag("@word")] | Annotated[list[Weight], PerJoint, Tag("@list")],
     Discriminator(_word_or_list),
@@ -39,10 +30,10 @@ Weights = Annotated[
 class Base(Strict):
     """Where the base may stand in the world; each value a number (fixed) or [low, high]."""
 
-    x: Allowed = Field(description="m, of the origin of the base frame.", examples=[[-1.0, 1.0]])
-    y: Allowed = Field(description="m.", examples=[[0.0, 2.0]])
-    z: Allowed = Field(description="m.", examples=[0.0])
-    yaw: Allowed = Field(
+    x: NumberOrInterval = Field(description="m, of the origin of the base frame.", examples=[[-1.0, 1.0]])
+    y: NumberOrInterval = Field(description="m.", examples=[[0.0, 2.0]])
+    z: NumberOrInterval = Field(description="m.", examples=[0.0])
+    yaw: NumberOrInterval = Field(
         description="rad about the vertical (with a `mount`: about z of the base). Counts modulo 2π: an interval 2π "
         "wide or wider is free, the reported yaw lies in the given interval.",
         examples=[[-pi, pi]],

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import unicodedata
-from typing import Annotated, Any, Self
+from functools import reduce
+from operator import or_
+from typing import Annotated, Any, Self, get_args
 
 from pydantic import (
     AfterValidator,
@@ -14,6 +16,7 @@ from pydantic import (
     Discriminator,
     Field,
     PlainSerializer,
+    Tag,
     WithJsonSchema,
     model_validator,
 )
@@ -98,6 +101,17 @@ def tagged_by_type(*names: str) -> Choice:
     )
 
 
+def one_of_types(*kinds: type[Strict]) -> Any:
+    """The union of kinds that are told apart by their field ``type``, in which each has its own word."""
+    words = [get_args(kind.model_fields["type"].annotation)[0] for kind in kinds]
+    members = (Annotated[kind, Tag(TAG + word)] for kind, word in zip(kinds, words, strict=True))
+    return Annotated[reduce(or_, members), tagged_by_type(*words)]
+
+
+def _number_or_interval(value: Any) -> str:
+    return f"{TAG}interval" if isinstance(value, list) else f"{TAG}number"
+
+
 def _ordered(interval: list[float]) -> list[float]:
     """Refuse [high, low]."""
     low, high = interval
@@ -158,6 +172,10 @@ Vector3 = Annotated[list[float], Field(min_length=3, max_length=3)]
 Vector4 = Annotated[list[float], Field(min_length=4, max_length=4)]
 Matrix3 = Annotated[list[Vector3], Field(min_length=3, max_length=3)]
 Interval = Annotated[list[float], Field(min_length=2, max_length=2), AfterValidator(_ordered)]
+NumberOrInterval = Annotated[
+    Annotated[float, Tag("@number")] | Annotated[Interval, Tag("@interval")], Discriminator(_number_or_interval)
+]
+"""A fixed value or the interval to choose from."""
 Label = Annotated[
     str,
     # The same rule for clients and generators of test data; the validator has the better sentence.

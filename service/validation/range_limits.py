@@ -10,7 +10,6 @@ import numpy as np
 from duocell.models.base.arrays import Floats
 from duocell.service.common.issues import InvalidRequest, Issue, pointer_of
 from duocell.service.schemas.arm import Arm, DhTable
-from duocell.service.schemas.coupling import Direction, Distance, Mirror, Rail
 from duocell.service.schemas.evaluate import PlacedArm
 from duocell.service.schemas.request import Certificate, LayoutRequest
 from duocell.service.schemas.task import ArcByCenter, ArcByRadius, ArcTask, LineTask, PosesTask, Task
@@ -170,11 +169,7 @@ def _lengths_of_floor_and_couplings(request: LayoutRequest) -> Iterator[tuple[st
             for corner, point in enumerate(polygon):
                 yield f"/floor/forbidden/{index}/{corner}", point
     for index, coupling in enumerate(request.coupling):
-        if isinstance(coupling, (Mirror, Rail)) and coupling.point is not None:
-            yield f"/coupling/{index}/point", coupling.point
-        elif isinstance(coupling, Distance):
-            yield f"/coupling/{index}/minimum", [coupling.minimum]
-            yield f"/coupling/{index}/maximum", [0.0 if coupling.maximum is None else coupling.maximum]
+        yield from ((f"/coupling/{index}/{field}", values) for field, values in coupling.lengths())
 
 
 def angles_of(request: LayoutRequest, slides: Sequence[bool] = ()) -> Iterator[tuple[str, list[float]]]:
@@ -192,8 +187,7 @@ def angles_of(request: LayoutRequest, slides: Sequence[bool] = ()) -> Iterator[t
         yield f"{at}/mount/pitch", [arm.mount.pitch]
         yield from _joint_angles(at, arm, int(bool(slides) and slides[index]))
     for index, coupling in enumerate(request.coupling):
-        if isinstance(coupling, (Direction, Mirror, Rail)):
-            yield f"/coupling/{index}/angle", [coupling.angle]
+        yield from ((f"/coupling/{index}/{field}", values) for field, values in coupling.angles())
 
 
 def _joint_angles(at: str, arm: Arm, first: int) -> Iterator[tuple[str, list[float]]]:

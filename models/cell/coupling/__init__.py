@@ -6,6 +6,7 @@ from duocell.models.cell.coupling.direction import Direction
 from duocell.models.cell.coupling.distance import Distance
 from duocell.models.cell.coupling.mirror import Mirror
 from duocell.models.cell.coupling.rail import Rail
+from duocell.models.cell.coupling.rigid import Rigid
 from duocell.models.cell.coupling.same_height import SameHeight
 
-__all__ = ["Coupling", "Direction", "Distance", "Mirror", "Rail", "Rows", "SameHeight", "among"]
+__all__ = ["Coupling", "Direction", "Distance", "Mirror", "Rail", "Rigid", "Rows", "SameHeight", "among"]

@@ -8,7 +8,7 @@ from math import cos, inf, sin
 from typing import ClassVar
 
 from duocell.models.cell.coupling.coupling import Base, Coupling, Rows, check_arms
-from duocell.models.cell.coupling.relations import Bearing, Common, Linear, Relation, across, along
+from duocell.models.cell.coupling.relations import Bearing, Common, Linear, Relation, across, along, difference
 
 APART = 0.01
 """m; two bases that are nearer to each other lie in no direction: without it two contradictory directions are kept in
@@ -42,6 +42,5 @@ class Direction(Coupling):
     def relations(self) -> tuple[Relation, ...]:
         """On the line, on its side of the first base."""
         first, second = self.arms
-        x, y, z = ahead = along(self.angle)
-        side = Linear(((first, (-x, -y, -z)), (second, ahead)), APART, inf)
+        side = Linear(difference((first, second), along(self.angle)), APART, inf)
         return Common(self.arms, across(self.angle)), side, Bearing((first, second), self.angle, self.angle)

@@ -13,6 +13,8 @@ from math import cos, inf, pi, sin
 
 Direction = tuple[float, float, float]
 """A unit vector in the world."""
+X: Direction = (1.0, 0.0, 0.0)
+Y: Direction = (0.0, 1.0, 0.0)
 Z: Direction = (0.0, 0.0, 1.0)
 
 
@@ -55,12 +57,12 @@ class Common:
         """As few rows as say it."""
         if self.value is not None:
             return tuple(self._fixed(arm) for arm in self.arms)
-        return tuple(_difference(pair, self.direction) for pair in pairwise(self.arms))
+        return tuple(Linear(difference(pair, self.direction)) for pair in pairwise(self.arms))
 
     def between(self, first: int, second: int) -> tuple[Linear, ...]:
         """Every row of two arms."""
         both = {first, second} <= set(self.arms)
-        rows = (_difference((first, second), self.direction),) if both else ()
+        rows = (Linear(difference((first, second), self.direction)),) if both else ()
         fixed = () if self.value is None else (self._fixed(arm) for arm in (first, second) if arm in self.arms)
         return (*rows, *fixed)
 
@@ -149,6 +151,7 @@ def wrapped(angle: float) -> float:
     return (angle + pi) % (2.0 * pi) - pi
 
 
-def _difference(arms: tuple[int, int], direction: Direction) -> Linear:
+def difference(arms: tuple[int, int], direction: Direction) -> tuple[tuple[int, Direction], ...]:
+    """Terms of the second base origin less the first."""
     x, y, z = direction
-    return Linear(((arms[0], (-x, -y, -z)), (arms[1], direction)))
+    return (arms[0], (-x, -y, -z)), (arms[1], direction)

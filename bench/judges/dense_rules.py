@@ -9,9 +9,9 @@ from shapely import Polygon
 from shapely.geometry import MultiPoint, Point
 
 from duocell.models.base.arrays import Floats
-from duocell.models.base.pose import rotation_z
+from duocell.models.base.pose import rotation_z, transform
 from duocell.models.cell.cell import Cell
-from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, Rigid, SameHeight
 from duocell.models.cell.floor import POINT
 from duocell.models.robot.arm import Arm, Interval
 
@@ -86,8 +86,21 @@ def coupling_excess(coupling: Coupling, stands: Floats) -> float:
             return float(max(*aside, np.ptp([b[2] for b in bases])))
         case Mirror():
             return _mirror_excess(coupling, bases[0], bases[1])
+        case Rigid():
+            return _stand_excess(coupling, bases[0], bases[1])
         case _:
             raise ValueError(f"no second reading of {coupling!r}")
+
+
+def _stand_excess(rigid: Rigid, first: Floats, second: Floats) -> float:
+    """The second base frame in the first by matrices, against the box."""
+    frames = [transform(rotation_z(base[3]), base[:3]) for base in (first, second)]
+    seen = np.linalg.inv(frames[0]) @ frames[1]
+    turn = float(np.arctan2(seen[1, 0], seen[0, 0]))
+    off = min((_outside(turn + 2.0 * pi * k, rigid.yaw) for k in range(-3, 4)), default=0.0)
+    return max(
+        off, *(_outside(float(v), side) for v, side in zip(seen[:3, 3], (rigid.x, rigid.y, rigid.z), strict=True))
+    )
 
 
 def _mirror_excess(mirror: Mirror, first: Floats, second: Floats) -> float:

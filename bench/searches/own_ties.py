@@ -13,7 +13,7 @@ import numpy as np
 from duocell.models.base.arrays import Floats
 from duocell.models.cell.cell import Cell
 from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, Rigid, SameHeight
-from duocell.models.robot.arm import Interval
+from duocell.models.robot.arm import BaseRegion, Interval
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,36 +113,39 @@ def free_bases(cell: Cell) -> FreeBases:
     if len(cell.arms) != 2 or len(cell.couplings) > 1:
         raise ValueError("two arms and at most one coupling are searched")
     tie = cell.couplings[0] if cell.couplings else None
-    regions = [arm.base for arm in cell.arms]
     if tie is not None and tie.arms == (1, 0):
         raise ValueError("the coupling names the arms in another order")
+    rows = _free_rows(tie, [arm.base for arm in cell.arms])
+    return FreeBases(cell, tie, np.array([[row.low, row.high] for row in rows]))
+
+
+def _free_rows(tie: Coupling | None, regions: list[BaseRegion]) -> list[Interval]:
+    """What the free numbers may be, with the regions of both arms."""
     x, y, z = ([getattr(r, side) for r in regions] for side in ("x", "y", "z"))
     level = _common(*z)
     far = float(np.hypot(_span(*x), _span(*y)))
-    rows: list[Interval]
     match tie:
         case None:
-            rows = [x[0], y[0], z[0], x[1], y[1], z[1]]
+            return [x[0], y[0], z[0], x[1], y[1], z[1]]
         case SameHeight():
-            rows = [x[0], y[0], x[1], y[1], level]
+            return [x[0], y[0], x[1], y[1], level]
         case Distance(minimum=minimum, maximum=maximum):
-            rows = [x[0], y[0], z[0], z[1], Interval(minimum, min(maximum, far)), Interval(-pi, pi)]
+            return [x[0], y[0], z[0], z[1], Interval(minimum, min(maximum, far)), Interval(-pi, pi)]
         case Direction():
-            rows = [x[0], y[0], z[0], z[1], Interval(0.0, far)]
+            return [x[0], y[0], z[0], z[1], Interval(0.0, far)]
         case Rail(angle=angle, point=point):
             along, aside = np.array([cos(angle), sin(angle)]), np.array([-sin(angle), cos(angle)])
             spans = [_along(r.x, r.y, along) for r in regions]
             offset = _common(*(_along(r.x, r.y, aside) for r in regions))
             if point is not None:
                 offset = Interval(float(aside @ point), float(aside @ point))
-            rows = [*spans, offset, level]
+            return [*spans, offset, level]
         case Mirror():
-            rows = [x[0], y[0], level, regions[0].yaw]
+            return [x[0], y[0], level, regions[0].yaw]
         case Rigid():
-            rows = [x[0], y[0], z[0], regions[0].yaw, tie.x, tie.y, tie.z, tie.yaw]
+            return [x[0], y[0], z[0], regions[0].yaw, tie.x, tie.y, tie.z, tie.yaw]
         case _:
             raise ValueError(f"{tie.kind} is not known here")
-    return FreeBases(cell, tie, np.array([[row.low, row.high] for row in rows]))
 
 
 def _common(one: Interval, other: Interval) -> Interval:

@@ -1,9 +1,9 @@
 """Bounds of tied arms against samples: is any layout that keeps the ties cheaper than the bound of its pair of boxes?
 
 ``python -m bench.soundness.tied_soundness [--count N] [--first SEED] [--seconds S] [--file PATH]``. Every number is a
-cell of `bench.draws.cells` with a coupling. Places that keep its ties are drawn, boxes from 1 mm to 0.3 m around them,
-and yaws that keep a mirror; what such layouts cost is computed from their joints, and whether they are usable is asked
-of Coal.
+cell of `bench.draws.cells` with a coupling, or, from `bench.trials.coupled_tasks.RIGID` on, two arms on one stand.
+Places that keep its ties are drawn, boxes from 1 mm to 0.3 m around them, and yaws that keep a mirror or a stand; what
+such layouts cost is computed from their joints, and whether they are usable is asked of Coal.
 """
 
 from __future__ import annotations
@@ -15,10 +15,11 @@ from math import cos, sin
 import numpy as np
 
 from bench.draws.cells import CELLS, real_cell
+from bench.trials.coupled_tasks import RIGID, coupled_task
 from bench.trials.trial import Record, draw_of, options_of, run
 from duocell.models.base.arrays import Floats
 from duocell.models.base.kept import KEPT
-from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, Rigid, SameHeight
 from duocell.models.robot.arm import TURN
 from duocell.models.robot.posture import ALL_SIGNS
 from duocell.optimizer.certificate.arm_tree import ArmTree
@@ -40,7 +41,8 @@ TURNED = 0.6
 
 def attempt(number: int, pairs: int = PAIRS) -> Record:
     """One cell: pairs, those whose bound is above the sum of both arms' own, and what is wrong."""
-    cell, rng = real_cell(number % CELLS).cell, draw_of("tied_soundness", number)
+    cell = coupled_task(number).cell if number >= RIGID else real_cell(number % CELLS).cell
+    rng = draw_of("tied_soundness", number)
     counts: Counter[str] = Counter()
     problems = [reduced_problem(cell, arm) for arm in cell.arms]
     if not cell.couplings or any(problem is None for problem in problems):
@@ -80,8 +82,12 @@ def _drawn(
     """Boxes of both arms, and layouts in them that keep the ties."""
     first = rng.uniform(trees[0].region.low, trees[0].region.high, (PLACES, 3))
     second = rng.uniform(trees[1].region.low, trees[1].region.high, (PLACES, 3))
+    yaws = np.zeros((PLACES, 2))
     for coupling in couplings:
-        first, second = _tied(coupling, first, second)
+        if isinstance(coupling, Rigid):
+            second, yaws = _on_one_stand(coupling, first, trees[0], rng)
+        else:
+            first, second = _tied(coupling, first, second)
     bounds = trees[1].problem.arm.base.bounds[:3]
     inside = np.all((second >= bounds[:, 0] - 1e-9) & (second <= bounds[:, 1] + 1e-9), axis=1)
     found = [evaluate(tree.problem, places) for tree, places in zip(trees, (first, second), strict=True)]
@@ -94,23 +100,33 @@ def _drawn(
             posture = int(rng.choice(np.flatnonzero(fine[k][:, row])))
             joints, yaw = found[k].joints[:, posture, row].T, float(found[k].yaw[posture, row])
             layouts[k].append(ArmSolution(places[row], yaw, joints, ALL_SIGNS[posture]))
-    turned = (_turned(trees, couplings, pair, rng) for pair in zip(*layouts, strict=True))
+    pairs = zip(rows, zip(*layouts, strict=True), strict=True)
+    turned = (_turned(trees, couplings, pair, yaws[row], rng) for row, pair in pairs)
     kept = [pair for pair in turned if pair is not None]
     return [(_boxes(tree, [pair[k] for pair in kept], rng), [pair[k] for pair in kept]) for k, tree in enumerate(trees)]
 
 
 def _turned(
-    trees: list[ArmTree], couplings: tuple[Coupling, ...], pair: tuple[ArmSolution, ...], rng: np.random.Generator
+    trees: list[ArmTree],
+    couplings: tuple[Coupling, ...],
+    pair: tuple[ArmSolution, ...],
+    yaws: Floats,
+    rng: np.random.Generator,
 ) -> tuple[ArmSolution, ...] | None:
-    """A layout whose yaws keep a mirror, if there is one; None where they cannot."""
+    """A layout whose yaws keep a mirror, or are those of one stand (2,), if there is one; None where they cannot."""
     mirrors = [coupling for coupling in couplings if isinstance(coupling, Mirror)]
-    if not mirrors:
+    if mirrors:
+        off = 2.0 * mirrors[0].angle - pair[0].yaw - pair[1].yaw
+        off -= TURN * round(off / TURN)
+        share = 0.5 * off + TURNED * float(rng.normal())
+        turns = share, off - share
+    elif any(isinstance(coupling, Rigid) for coupling in couplings):
+        by = yaws - np.array([point.yaw for point in pair])
+        turns = tuple(by - TURN * np.round(by / TURN))
+    else:
         return pair
-    off = 2.0 * mirrors[0].angle - pair[0].yaw - pair[1].yaw
-    off -= TURN * round(off / TURN)
-    share = 0.5 * off + TURNED * float(rng.normal())
     turned = []
-    for tree, point, turn in zip(trees, pair, (share, off - share), strict=True):
+    for tree, point, turn in zip(trees, pair, turns, strict=True):
         arm = tree.problem.arm
         if arm.base.yaw_outside(point.yaw + turn) > 1e-9:
             return None
@@ -127,6 +143,17 @@ def _boxes(tree: ArmTree, points: list[ArmSolution], rng: np.random.Generator) -
     half = half * (tree.region.high > tree.region.low)
     posture = np.array([ALL_SIGNS.index(point.signs) for point in points if point.signs is not None], dtype=np.int64)
     return Boxes(places + half * rng.uniform(-1.0, 1.0, half.shape), half, posture)
+
+
+def _on_one_stand(rigid: Rigid, first: Floats, tree: ArmTree, rng: np.random.Generator) -> tuple[Floats, Floats]:
+    """Places (n, 3) of the second arm, and yaws (n, 2) of both: those of the first are about one that suits it."""
+    found = evaluate(tree.problem, first)
+    suits = np.where(found.violation <= 0.0, found.yaw, np.nan)
+    posture = np.argmax(np.isfinite(suits), axis=0)
+    yaw = np.nan_to_num(suits[posture, np.arange(len(first))]) + TURNED * rng.normal(size=len(first))
+    x, y, z, turn = (rng.uniform(side.low, side.high, len(first)) for side in (rigid.x, rigid.y, rigid.z, rigid.yaw))
+    shift = [np.cos(yaw) * x - np.sin(yaw) * y, np.sin(yaw) * x + np.cos(yaw) * y, z]
+    return first + np.stack(shift, axis=1), np.column_stack([yaw, yaw + turn])
 
 
 def _tied(coupling: Coupling, first: Floats, second: Floats) -> tuple[Floats, Floats]:

@@ -1,8 +1,7 @@
 """Two arms tied by one of the couplings, nothing else in the cell: ``python -m bench.trials.coupled_tasks``.
 
-A layout is drawn first and the coupling is made to hold there, so every task has one. Seeds below `RIGID` take five kinds
-in turn, those from there on are of two arms on one stand. Judge is
-`bench.searches.long_search`.
+A layout is drawn first and the coupling is made to hold there, so every task has one. Seeds below `RIGID` take five
+kinds in turn, those from there on are of two arms on one stand. Judge is `bench.searches.long_search`.
 """
 
 from __future__ import annotations

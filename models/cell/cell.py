@@ -59,8 +59,11 @@ class Cell:
                     f"another arm is called {name!r} too; names must be unique. Rename one of them.",
                     f"/arms/{index}/name",
                 )
-        for coupling in self.couplings:
-            coupling.check(self.arms)
+        for index, coupling in enumerate(self.couplings):
+            try:
+                coupling.check(self.arms)
+            except InvalidInput as refused:
+                raise InvalidInput(refused.detail, f"/coupling/{index}{refused.pointer}") from refused
         for arm in self.arms:
             if arm.grasps is not None and len(arm.grasps) != len(self.task.starts):
                 raise ValueError(f"{arm.name} has {len(arm.grasps)} grasps for {len(self.task.starts)} jobs")

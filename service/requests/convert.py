@@ -13,7 +13,7 @@ from duocell.models.cell.task import Task
 from duocell.models.objective.objective import JOINT_AVAILABILITY, Objective
 from duocell.models.objective.registry import objective_from
 from duocell.optimizer.settings import CertificateSettings, Settings, ToleranceSettings
-from duocell.service.common.issues import IssueCollector
+from duocell.service.common.issues import InvalidRequest, Issue, IssueCollector
 from duocell.service.library.library import Library
 from duocell.service.requests.convert_arm import arm_of
 from duocell.service.requests.convert_coupling import couplings_of
@@ -51,16 +51,19 @@ def cell_of(request: LayoutRequest, library: Library | None = None, task: Task |
     issues.raise_any()
     if task is None or surroundings is None:
         raise AssertionError("a task or surroundings that could not be made left no issue")
-    return Cell(
-        task=task,
-        arms=tuple(arms),
-        max_joint_step=min(request.joint_steps.revolute, pi),
-        max_prismatic_step=inf if request.joint_steps.prismatic is None else request.joint_steps.prismatic,
-        name=request.name,
-        surroundings=surroundings,
-        couplings=couplings,
-        objective=objective,
-    )
+    try:
+        return Cell(
+            task=task,
+            arms=tuple(arms),
+            max_joint_step=min(request.joint_steps.revolute, pi),
+            max_prismatic_step=inf if request.joint_steps.prismatic is None else request.joint_steps.prismatic,
+            name=request.name,
+            surroundings=surroundings,
+            couplings=couplings,
+            objective=objective,
+        )
+    except InvalidInput as refused:
+        raise InvalidRequest([Issue(refused.pointer, refused.detail)]) from refused
 
 
 def joints_of(request: EvaluateRequest, cell: Cell) -> list[Floats | None]:

@@ -32,17 +32,22 @@ TEXT, BLOCKS = PAGE.read_text(encoding="utf-8"), blocks_of(PAGE)
 LINE: dict[str, Any] = json.loads((ROOT / "examples" / "line.json").read_text())
 
 
-def names_of(kind: str) -> dict[str, Any]:
-    """What the one example of a kind defines."""
+def names_of(kind: str, **given: Any) -> dict[str, Any]:
+    """What the one example of a kind defines, beside what others did."""
     (block,) = [block for block in BLOCKS if block.kind == f"python {kind}"]
-    names: dict[str, Any] = {"__name__": f"example_{kind}"}
+    names: dict[str, Any] = {"__name__": f"example_{kind}", **given}
     exec(compile(block.text, str(block), "exec"), names)
     return names
 
 
 def test_every_block_is_checked_by_a_test() -> None:
     assert {block.kind for block in BLOCKS} == {
-        *("sh", "python robot", "python coupling", "python export", "python objective"),
+        "sh",
+        "python robot",
+        "python coupling",
+        "python schema",
+        "python export",
+        "python objective",
     }
 
 
@@ -108,6 +113,19 @@ def test_the_coupling_is_kept() -> None:
     assert loose.objective is not None
     assert tied.objective >= loose.objective - 1e-6
     assert_sound(free, tied)
+
+
+def test_the_fields_of_the_coupling_become_it() -> None:
+    raised = names_of("coupling")["Raised"]
+    tie = names_of("schema", Raised=raised)["RaisedTie"]
+    asked = validate(tie, {"type": "raised", "arms": ["main", "follower"], "height": 0.25})
+    made = asked.made((1, 0))
+    assert made == raised((1, 0), 0.25)
+    assert list(asked.lengths()) == [("height", [0.25])]
+    (row,) = made.relations()
+    bases = ((0.0, 0.0, 0.75, 0.0), (0.0, 0.0, 0.5, 0.0))
+    assert made.rows(bases).values == (0.25,)
+    assert sum(np.dot(bases[arm][:3], way) for arm, way in row.terms) == row.low == row.high == 0.25
 
 
 def test_the_export_has_a_row_per_arm_and_pose(tmp_path: Path) -> None:

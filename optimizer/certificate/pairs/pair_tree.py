@@ -7,6 +7,7 @@ import numpy as np
 from duocell.models.base.arrays import Bools, Floats, Ints
 from duocell.optimizer.certificate.arm_tree import ArmTree
 from duocell.optimizer.certificate.exclusion.causes import TOLERANCE
+from duocell.optimizer.certificate.pairs.bearing_cost import bearing_cost
 from duocell.optimizer.certificate.pairs.contact import Contact
 from duocell.optimizer.certificate.pairs.couplings import untied
 from duocell.optimizer.certificate.pairs.mirrored_yaw import BestYaw, mirrored_cost
@@ -160,7 +161,11 @@ class PairTree:
             return
         yaws = self._yaws(first[rows], second[rows])
         geometric = self.trees[0].nodes.geometric[first[rows]] + self.trees[1].nodes.geometric[second[rows]]
-        bound[rows] = np.maximum(bound[rows], geometric + mirrored_cost(self.couplings, self.arms, *yaws))
+        boxes = self.trees[0].nodes.boxes(first[rows]), self.trees[1].nodes.boxes(second[rows])
+        turned = np.maximum(
+            mirrored_cost(self.couplings, self.arms, *yaws), bearing_cost(self.couplings, self.arms, boxes, yaws)
+        )
+        bound[rows] = np.maximum(bound[rows], geometric + turned)
         left = np.flatnonzero(bound[rows] < cutoff)
         if len(left) and np.isfinite(cutoff):
             some = rows[left]

@@ -9,7 +9,9 @@ from bench.judges.dense_check import dense_check
 from bench.judges.dense_rules import coupling_excess
 from bench.searches.long_search import long_search
 from bench.searches.own_ties import free_bases
-from bench.trials.coupled_tasks import KINDS, coupled_task, say, summary
+from bench.trials.coupled_tasks import KINDS, RIGID, coupled_task, say, summary
+from duocell.optimizer.optimize import optimize
+from duocell.optimizer.settings import Settings
 
 
 @pytest.mark.parametrize("seed", range(len(KINDS)))
@@ -19,7 +21,23 @@ def test_the_drawn_layout_works(seed: int) -> None:
     assert dense_check(task.cell, task.known.stands, task.known.joints, 0.02, 0.05).faults == []
 
 
-@pytest.mark.parametrize("seed", range(len(KINDS)))
+@pytest.mark.parametrize("seed", [RIGID, RIGID + 7])
+def test_two_arms_on_one_stand_are_never_answered_worse_than_they_were_drawn(seed: int) -> None:
+    task = coupled_task(seed)
+    assert task.kind == "rigid" == task.cell.couplings[0].kind
+    assert dense_check(task.cell, task.known.stands, task.known.joints, 0.02, 0.05).faults == []
+    layout = optimize(task.cell, Settings(time_limit=120.0))
+    drawn = sum(
+        float(np.sum(arm.weights * (q - arm.reference) ** 2))
+        for arm, q in zip(task.cell.arms, task.known.joints, strict=True)
+    )
+    assert layout.objective is not None
+    assert layout.objective <= drawn
+    stands = np.array([[*placement.position, placement.yaw] for placement in layout.placements])
+    assert coupling_excess(task.cell.couplings[0], stands) < 1e-5
+
+
+@pytest.mark.parametrize("seed", [*range(len(KINDS)), RIGID, RIGID + 7])
 def test_ties_are_kept_by_construction(seed: int) -> None:
     cell = coupled_task(seed).cell
     free = free_bases(cell)

@@ -12,7 +12,7 @@ import pytest
 from bench.draws.cells import real_cell
 from duocell.models.base.pose import transform
 from duocell.models.cell.cell import Cell
-from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, Rigid, SameHeight
 from duocell.models.cell.floor import Floor, Footprint
 from duocell.models.cell.surroundings import Clearances, Equipment, PairClass, Part, Surroundings
 from duocell.models.cell.task import Task
@@ -122,6 +122,12 @@ def pair(**around: Unpack[CellFields]) -> Cell:
     return Cell(HOLD, arms, **around)
 
 
+def stand(
+    x: float, y: float, z: float = 0.0, yaw: float = 0.0, arms: tuple[int, int] = (0, 1)
+) -> Rigid:
+    return Rigid(arms, *(Interval(value, value) for value in (x, y, z, yaw)))
+
+
 @pytest.mark.parametrize(
     ("couplings", "words"),
     [
@@ -134,6 +140,11 @@ def pair(**around: Unpack[CellFields]) -> Cell:
         ((Rail((0, 1), 0.0, (0.0, 1.0)),), "rail"),
         ((Mirror((0, 1), (0.0, 0.9), 0.0),), "mirror"),
         ((SameHeight((0, 1)), Direction((0, 1), np.pi)), "direction"),
+        ((stand(1.6, 0.0),), "rigid asks for a minimum of 1.6 m"),
+        ((stand(0.6, 0.0, z=0.4),), "rigid (coupling 0) cannot be kept"),
+        ((stand(0.8, 0.0), Distance((0, 1), 1.0)), "at least 1 m, but coupling 0 leave 0.8 m"),
+        ((stand(0.8, 0.0), stand(0.8, 0.0, yaw=1.0)), "1.0000 rad apart"),
+        ((stand(0.8, 0.0), stand(-0.8, 0.0, yaw=1.0, arms=(1, 0))), "1.0000 rad apart"),
     ],
 )
 def test_couplings_that_no_bases_keep_are_named(couplings: tuple[Coupling, ...], words: str) -> None:
@@ -170,6 +181,24 @@ def test_mirrored_yaws_need_intervals_that_meet() -> None:
     assert cause.missing == pytest.approx(np.pi - 0.5)  # the yaws add up to 0.1 to 0.5 rad, not to π
     turned = replace(cell, couplings=(Mirror((0, 1), (0.0, 0.0), 0.1 + np.pi),))
     assert not [cause for cause in immediate_infeasibility(turned) if "yaws" in cause.detail]
+
+
+def test_two_bases_in_one_place_of_a_stand_are_named() -> None:
+    close = Cell(HOLD, tuple(make_arm("ur5e", name, base=region((-2.0, 2.0), (-2.0, 2.0))) for name in "ab"))
+    (cause,) = immediate_infeasibility(replace(close, couplings=(stand(0.03, 0.0, yaw=1.0),)))
+    assert (cause.kind, cause.pointer) == ("coupling", "/coupling/0")
+    assert "in one place" in cause.detail
+    assert cause.missing == pytest.approx(0.02)
+    assert not immediate_infeasibility(replace(close, couplings=(stand(0.06, 0.0, yaw=1.0),)))
+
+
+@pytest.mark.parametrize(("yaw", "kept"), [(0.0, True), (0.1, True), (np.pi, False), (1.2, False)])
+def test_a_stand_whose_first_base_is_turned_away_from_the_second(yaw: float, kept: bool) -> None:
+    cell = pair(couplings=(stand(0.8, 0.0, z=0.1),))
+    first = replace(cell.arms[0], base=replace(cell.arms[0].base, yaw=Interval(yaw, yaw)))
+    causes = immediate_infeasibility(replace(cell, arms=(first, cell.arms[1])))
+    assert (not causes) == kept
+    assert all("rigid (coupling 0)" in cause.detail for cause in causes)
 
 
 def test_couplings_that_some_bases_keep_are_never_refused() -> None:

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from duocell.models.cell.coupling import Direction, Distance, Mirror, Rail, SameHeight
+from duocell.models.cell.coupling import Direction, Distance, Mirror, Rail, Rigid, SameHeight
 from duocell.models.cell.floor import POINT
 from duocell.models.cell.surroundings import Clearances
 from duocell.models.geometry.shapes import Box, Capsule, Cylinder, HalfSpace, Sphere
+from duocell.models.robot.arm import Interval
 from duocell.optimizer.settings import ToleranceSettings
 from duocell.service.common.issues import InvalidRequest
 from duocell.service.library.library import Library
@@ -158,12 +159,24 @@ def test_a_floor(example: Document) -> None:
         ({"type": "direction", "angle": 0.5}, Direction((1, 0), 0.5)),
         ({"type": "mirror", "angle": 0.5, "point": [1.0, 2.0]}, Mirror((1, 0), (1.0, 2.0), 0.5)),
         ({"type": "rail", "angle": 0.5}, Rail((1, 0), 0.5)),
+        (
+            {"type": "rigid", "x": 0.8, "y": [-0.1, 0.1], "yaw": 3.0},
+            Rigid((1, 0), Interval(0.8, 0.8), Interval(-0.1, 0.1), Interval(0.0, 0.0), Interval(3.0, 3.0)),
+        ),
         ({"type": "rail", "angle": 0.5, "point": [1.0, 2.0]}, Rail((1, 0), 0.5, (1.0, 2.0))),
     ],
 )
 def test_couplings(example: Document, coupling: Document, expected: Any) -> None:
     example["coupling"] = [{"arms": ["follower", "main"], **coupling}]
     assert cell(example).couplings == (expected,)
+
+
+def test_one_stand_of_a_hanging_arm_is_refused(example: Document) -> None:
+    example["arms"][1]["mount"] = {"roll": pi}
+    example["coupling"] = [{"type": "rigid", "arms": ["main", "follower"], "x": 1.0, "y": 0.0}]
+    with pytest.raises(InvalidRequest) as caught:
+        cell(example)
+    assert [issue.pointer for issue in caught.value.issues] == ["/coupling/0/arms/1"]
 
 
 # --- clearances -------------------------------------------------------------------------------------------------------

@@ -61,6 +61,16 @@ CASES: dict[str, tuple[Document, str, str]] = {
         "/coupling/0/angle",
         "0.785398",
     ),
+    "a stand in millimetres": (
+        EXAMPLE | {"coupling": [TIE | {"type": "rigid", "x": 800.0, "y": [-1e5, 0.0]}]},
+        "/coupling/0/y/0",
+        "metres",
+    ),
+    "a stand in degrees": (
+        EXAMPLE | {"coupling": [TIE | {"type": "rigid", "x": 1.0, "y": 0.0, "yaw": [0.0, 45.0]}]},
+        "/coupling/0/yaw",
+        "0.785398",
+    ),
     "a pedestal of a nanometre": (
         of_arm(pedestal={"height": 1e-9, "footprint": PLATE}),
         "/arms/0/pedestal/height",

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 
 from duocell.models.base.errors import InvalidInput
 from duocell.models.base.pose import rotation_z
-from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, SameHeight, among
+from duocell.models.cell.coupling import Coupling, Direction, Distance, Mirror, Rail, Rigid, SameHeight, among
 from duocell.models.cell.coupling.direction import APART
+from duocell.models.robot.arm import Interval
 
 LENGTH = st.floats(-3.0, 3.0)
 ANGLE = st.floats(-3.1, 3.1)
@@ -89,6 +90,8 @@ def test_same_height_is_the_difference_of_neighbours() -> None:
         Direction((1, 0), 0.7),
         Mirror((0, 1), (0.2, -0.4), 1.1),
         Rail((0, 1), -0.3, (1.0, 0.0)),
+        Rigid((0, 1), Interval(0.8, 0.8), Interval(-0.3, -0.3), yaw=Interval(0.5, 0.5)),
+        Rigid((1, 0), Interval(0.8, 0.9), Interval(-0.3, 0.3), yaw=Interval(0.5, 0.9)),
     ],
     ids=lambda coupling: coupling.kind,
 )

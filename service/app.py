@@ -12,7 +12,7 @@ from fastapi import FastAPI
 from fastapi.staticfiles import StaticFiles
 from fastapi.telemetry import TelemetryConfig
 
-from duocell.service.api import docs, evaluate, events, health, layouts, meshes, robots, tasks
+from duocell.service.api import docs, evaluate, events, exports, health, layouts, meshes, robots, tasks
 from duocell.service.api import imports as imports_api
 from duocell.service.api.state import State
 from duocell.service.common.issues import InvalidRequest
@@ -110,7 +110,7 @@ def create_app(
         telemetry={**telemetry.config(), **(traces or {})},
     )
     error_handlers.install(app)
-    for part in (evaluate, layouts, events, tasks, robots, imports_api, meshes, health, docs):
+    for part in (evaluate, layouts, exports, events, tasks, robots, imports_api, meshes, health, docs):
         app.include_router(part.router)
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
     openapi.install(app)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from duocell.service.cli.exit_codes import Exit
+from duocell.service.exports.exports import EXPORTS
 
 if TYPE_CHECKING:
     from duocell.service.cli.input import RobotUrdfs
@@ -89,6 +90,18 @@ def parser() -> argparse.ArgumentParser:
     figure.add_argument("-o", "--output", metavar="FILE.svg", type=Path, required=True, help=".svg, .pdf or .png")
     _add_robots(figure)
     figure.set_defaults(command=_figure)
+
+    export = commands.add_parser(
+        "export",
+        help="make a file of a result",
+        description="Make a file of a result.",
+        epilog="; ".join(f"{each.name}: {each.title}" for each in EXPORTS),
+    )
+    export.add_argument("result", metavar="RESULT.json", help="written by `duocell solve -o`, or GET /v1/layouts/{id}")
+    export.add_argument("name", metavar="NAME", help="what to make: " + ", ".join(each.name for each in EXPORTS))
+    export.add_argument("-o", "--output", metavar="FILE", help="where to write it; standard output if left out")
+    _add_robots(export)
+    export.set_defaults(command=_export)
 
     key = commands.add_parser("key", help="make an API key", description="API keys of the service.")
     new = key.add_subparsers(required=True, metavar="COMMAND").add_parser(
@@ -191,6 +204,12 @@ def _figure(options: argparse.Namespace) -> int:
     from duocell.service.cli.solve import figure
 
     return figure(options.result, options.output, _robot_urdfs(options))
+
+
+def _export(options: argparse.Namespace) -> int:
+    from duocell.service.cli.solve import export
+
+    return export(options.result, options.name, options.output, _robot_urdfs(options))
 
 
 def _new_key(options: argparse.Namespace) -> int:

@@ -1,4 +1,4 @@
-"""`duocell solve` and `duocell figure`."""
+"""`duocell solve`, and `duocell figure` and `duocell export`, which make files of what it found."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from duocell.models.base.errors import DuocellError
 from duocell.service.cli.exit_codes import Exit
 from duocell.service.cli.input import RobotUrdfs, complain, library_from, read
 from duocell.service.common.issues import InvalidRequest, Issue
+from duocell.service.exports.export import NothingToExport
+from duocell.service.exports.exports import EXPORTS, export_of, exported
 from duocell.service.requests.accept import accept
 from duocell.service.settings import Settings
 from duocell.service.validation.strict_json import NotJson, parse
@@ -127,25 +129,39 @@ def exit_code(result: dict[str, Any]) -> int:
 
 
 def figure(source: str, output: Path, urdfs: RobotUrdfs) -> int:
-    """Draw the result in a file."""
-    from duocell.service.figure.figure import write_figure
+    """Draw the result in a file; the suffix of the drawing chooses its format."""
+    name = f"floor_plan{output.suffix.lower()}"
+    if export_of(name) is None:
+        drawings = (each.name for each in EXPORTS if each.name.startswith("floor_plan."))
+        suffixes = ", ".join(Path(drawing).suffix for drawing in drawings)
+        return complain([Issue("", f"{output}: a drawing is one of {suffixes}.")])
+    return export(source, name, str(output), urdfs)
 
+
+def export(source: str, name: str, output: str | None, urdfs: RobotUrdfs) -> int:
+    """Make one of the files of `duocell.service.exports` of the result in a file."""
+    chosen = export_of(name)
+    if chosen is None:
+        names = ", ".join(each.name for each in EXPORTS)
+        return complain([Issue("", f"There is no export {name!r}; there are {names}.")])
     try:
-        check_writable(str(output))
+        check_writable(output)
         resource = parse(read(source))
-        if not isinstance(resource, dict) or not isinstance(resource.get("result"), dict):
-            raise InvalidRequest(
-                [Issue("/result", f"{source} holds no finished layout. Write one with `duocell solve -o`.")]
-            )
-        write_figure(resource, output, library_from(Settings().data_dir, urdfs))
+        if not isinstance(resource, dict):
+            raise NothingToExport("It holds no finished layout.")
+        content = exported(chosen, resource, library_from(Settings().data_dir, urdfs))
     except InvalidRequest as error:
         return complain(error.issues)
     except NotJson as error:
         return complain([Issue("", error.detail)])
+    except NothingToExport as error:
+        return complain([Issue("/result", f"{source}: {error.detail} Write one with `duocell solve -o`.")])
     except KeyError as error:
         return complain([Issue("", f"{source} is no complete layout: {error} is missing.")])
-    except ValueError as error:
-        return complain([Issue("", f"{output}: {error}")])
+    if output in (None, "-"):
+        sys.stdout.buffer.write(content)
+    else:
+        Path(str(output)).write_bytes(content)
     return Exit.SOLVED
 
 

@@ -31,6 +31,8 @@ KINDS: dict[str, Kind] = {
     "unauthorized": Kind(401, "A key is needed", "Send one in the header Authorization or X-API-Key."),
     "not-found": Kind(404, "There is nothing here", "Check the address; `/docs` lists all of them."),
     "layout-not-found": Kind(404, "No such layout", "Finished layouts are forgotten after a while: ask again."),
+    "export-not-found": Kind(404, "No such export", "The detail lists all of them."),
+    "nothing-to-export": Kind(409, "The layout has nothing of the kind", "Ask for another file, or see the reasons."),
     "layout-active": Kind(409, "The layout is under way", "Cancel it first, or wait until it is finished."),
     "layout-finished": Kind(409, "The layout is finished", "Only a queued or running layout can be cancelled."),
     "idempotency-key-busy": Kind(409, "The same request is being taken in", "Try again after Retry-After."),

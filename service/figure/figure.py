@@ -9,6 +9,7 @@ black-and-white printer too.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from io import BytesIO
 from math import degrees
 from pathlib import Path
 from typing import Any
@@ -50,26 +51,36 @@ STYLE: Any = {  # keys of matplotlib's own list
 
 
 def write_figure(resource: Mapping[str, Any], path: Path, library: Library | None = None) -> None:
-    """Draw a solved layout into a file; its suffix (.svg, .pdf, .png) chooses the format.
+    """Draw a solved layout into a file; its suffix (.svg, .pdf, .png) chooses the format. See `drawn_figure`."""
+    path.write_bytes(drawn_figure(resource, path.suffix.removeprefix("."), library))
+
+
+def drawn_figure(resource: Mapping[str, Any], form: str, library: Library | None = None) -> bytes:
+    """Draw a solved layout.
 
     Args:
         resource: a layout as `GET /v1/layouts/{id}` answers it: ``request`` and ``result`` are used.
-        path: file to write.
+        form: svg, pdf or png.
         library: where robots come from that the catalogue does not hold.
+
+    Returns:
+        The file.
 
     Raises:
         InvalidRequest: the request inside cannot be used.
         KeyError: request or result is missing.
-        ValueError: matplotlib does not know the suffix.
+        ValueError: matplotlib does not know the format.
 
     Not safe to call from several threads at once: matplotlib's settings are global.
     """
     cell = cell_of(_request(resource["request"]), library)
+    file = BytesIO()
     with rc_context(STYLE):
         figure = draw_layout(cell, resource["result"])
         # The same layout gives the same file, on any day.
-        dated = {".svg": "Date", ".pdf": "CreationDate"}.get(path.suffix)
-        figure.savefig(path, dpi=160, bbox_inches="tight", metadata={dated: None} if dated else None)
+        dated = {"svg": "Date", "pdf": "CreationDate"}.get(form)
+        figure.savefig(file, format=form, dpi=160, bbox_inches="tight", metadata={dated: None} if dated else None)
+    return file.getvalue()
 
 
 def _request(document: Mapping[str, Any]) -> LayoutRequest:

@@ -35,6 +35,7 @@ HEADERS: dict[str, dict[str, Any]] = {
     "Location": {"description": "Address of the resource.", "schema": {"type": "string"}},
     "ETag": {"description": "Changes whenever the layout does.", "schema": {"type": "string"}},
     "Retry-After": {"description": "Seconds after which to ask again.", "schema": {"type": "integer"}},
+    "Content-Disposition": {"description": "A name for the file.", "schema": {"type": "string"}},
     "Link": {"description": 'The next page, `rel="next"`, if there is one.', "schema": {"type": "string"}},
     "Preference-Applied": {"description": "What was granted (RFC 7240).", "schema": {"type": "string"}},
     "WWW-Authenticate": {"description": "How to send a key (RFC 6750).", "schema": {"type": "string"}},

@@ -17,6 +17,8 @@ from duocell.models.kinematics.kinematics import flange_poses
 from duocell.models.objective.measure import Measure
 from duocell.models.objective.registry import MEASURES, objective_from
 from duocell.optimizer.optimize import optimize
+from duocell.service.exports.export import Export, NothingToExport
+from duocell.service.exports.exports import exported
 from duocell.service.requests.accept import accept
 from duocell.service.requests.convert import cell_of, settings_of
 from duocell.service.schemas.request import LayoutRequest
@@ -52,9 +54,7 @@ def test_every_block_is_checked_by_a_test() -> None:
 
 
 def test_every_file_that_is_named_exists() -> None:
-    examples = {
-        *("models/cell/coupling/raised.py", "service/results/joint_table.py", "models/objective/overhang.py"),
-    }
+    examples = {"models/cell/coupling/raised.py", "service/exports/base_table.py", "models/objective/overhang.py"}
     named = set(
         re.findall(r"`((?:service|optimizer|models|tests|docs|bench|src)/[\w./-]*|[\w-]+\.(?:toml|md|lock))`", TEXT)
     )
@@ -128,13 +128,18 @@ def test_the_fields_of_the_coupling_become_it() -> None:
     assert sum(np.dot(bases[arm][:3], way) for arm, way in row.terms) == row.low == row.high == 0.25
 
 
-def test_the_export_has_a_row_per_arm_and_pose(tmp_path: Path) -> None:
+def test_the_export_has_a_row_per_arm() -> None:
     accepted = accept(json.dumps({**LINE, "certificate": None}).encode(), Limits())
     result = solve_request(accepted.text, accepted.request_hash, 60.0)
-    names_of("export")["write_joint_table"]({"result": result}, tmp_path / "joints.csv")
-    rows = list(csv.reader((tmp_path / "joints.csv").read_text(encoding="utf-8").splitlines()))
-    assert [row[:2] for row in rows] == [[arm["name"], str(pose)] for arm in result["arms"] for pose in range(10)]
-    assert [float(value) for value in rows[-1][2:]] == result["arms"][-1]["joints"][-1]
+    make = names_of("export")["base_table"]
+    export = Export("bases.csv", "the bases", "text/csv", lambda resource, library: bytes(make(resource)))
+    head, *rows = csv.reader(exported(export, {"result": result}, None).decode().splitlines())
+    assert head == ["arm", "x", "y", "z", "yaw"]
+    for row, arm in zip(rows, result["arms"], strict=True):
+        assert row[0] == arm["name"]
+        assert [float(value) for value in row[1:]] == [*arm["base"]["position"], arm["base"]["yaw"]]
+    with pytest.raises(NothingToExport):
+        exported(export, {"result": {"arms": []}}, None)
 
 
 def test_the_objective_is_minimised(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -56,5 +56,6 @@ def test_it_is_proved() -> None:
     assert layout.certificate is not None
     assert layout.certificate.proved
     assert layout.objective is not None
-    alone = sum(arm.lower_bound for arm in layout.certificate.arms)
+    assert layout.certificate.lower_bound is not None
+    alone = sum(arm.lower_bound or 0.0 for arm in layout.certificate.arms)
     assert alone < 0.95 * layout.certificate.lower_bound <= 0.95 * layout.objective

@@ -122,9 +122,7 @@ def pair(**around: Unpack[CellFields]) -> Cell:
     return Cell(HOLD, arms, **around)
 
 
-def stand(
-    x: float, y: float, z: float = 0.0, yaw: float = 0.0, arms: tuple[int, int] = (0, 1)
-) -> Rigid:
+def stand(x: float, y: float, z: float = 0.0, yaw: float = 0.0, arms: tuple[int, int] = (0, 1)) -> Rigid:
     return Rigid(arms, *(Interval(value, value) for value in (x, y, z, yaw)))
 
 

@@ -44,6 +44,7 @@ def test_every_operation_is_named_and_explained(published: Document) -> None:
         "delete_mesh",
         "delete_robot",
         "evaluate_layout",
+        "export_layout",
         "follow_layout",
         "get_health",
         "get_import",

@@ -200,6 +200,7 @@ SMALLER: dict[str, Callable[[Any, Any], Any]] = {
     "json tasks": lambda whole, part: whole.update(task=None, tasks=part),
     "json arm": _arm,
     "json pose": lambda whole, part: whole["arms"][0].update(grasp=part),
+    "json objective": lambda whole, part: whole.update(part),
 }
 
 

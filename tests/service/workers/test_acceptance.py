@@ -90,10 +90,10 @@ def test_large_bodies_are_answered_alike_from_a_process_that_is_kept(tmp_path: P
 
 def test_a_body_that_takes_too_long_ends_its_process_and_nothing_else(tmp_path: Path) -> None:
     async def scenario() -> None:
-        acceptance = Acceptance(Settings(data_dir=tmp_path, accept_limit=0.05))
+        acceptance = Acceptance(Settings(data_dir=tmp_path, accept_limit=0.05, max_poses=50_000))
         try:
             with pytest.raises(Problem, match="DUOCELL_ACCEPT_LIMIT") as refused:
-                await acceptance.layout(body_of(5000))
+                await acceptance.layout(body_of(50_000))
             assert (refused.value.code, refused.value.headers) == ("acceptance-failed", {"Retry-After": "5"})
             with pytest.raises(NotJson):
                 await acceptance.layout(b"[" + b" " * SMALL)

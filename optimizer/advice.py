@@ -37,7 +37,8 @@ def with_advice(cell: Cell, layout: Layout, settings: Settings, table: Timetable
         cell: the cell. layout: its answer. settings: of the call. table: told what is being done.
         end: `time.perf_counter` value of the limits, beyond which a tolerance is not begun or is cut.
     """
-    if not layout.usable and settings.explain:
+    exact = all(cell.freedom(arm).exact for arm in cell.arms)
+    if not layout.usable and settings.explain and exact:  # explanations speak of poses that are given
         table.stage("explain")("explaining", 0.0)
         found = _explained(cell, layout, settings)
         if isinstance(found, Layout):

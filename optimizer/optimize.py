@@ -12,6 +12,7 @@ from duocell.optimizer.budget import automatic
 from duocell.optimizer.coupled.found import CoupledSearch
 from duocell.optimizer.coupled.layout import coupled_layout
 from duocell.optimizer.coupled.one_place import all_kept_apart, kept_apart
+from duocell.optimizer.coupled.open_poses import search_with_chosen_parameters
 from duocell.optimizer.coupled.prove import against, prove
 from duocell.optimizer.coupled.search import search_coupled
 from duocell.optimizer.infeasibility.immediate.cause import Infeasibility
@@ -185,7 +186,9 @@ def _couple(
     wanted = cell.coupled or settings.alternatives > 0
     if not wanted or any(search.best is None for search in searches):
         return None
-    return search_coupled(cell, searches, settings, deadline, table.stage("together"))
+    if all(cell.freedom(arm).exact for arm in cell.arms):
+        return search_coupled(cell, searches, settings, deadline, table.stage("together"))
+    return search_with_chosen_parameters(cell, searches, settings, deadline, table.stage("together"))
 
 
 def _in_two_places(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from math import inf, pi
@@ -106,6 +107,29 @@ class Cell:
     def step_limits(self, robot: Robot) -> Floats:
         """(n,) rad or m, largest change of each joint between consecutive poses."""
         return np.where(robot.prismatic, self.max_prismatic_step, self.max_joint_step)
+
+    def with_parameters(self, values: Sequence[Floats | None]) -> Cell:
+        """The same cell with what its poses leave open given, where there are values: (m, k) per arm."""
+        arms = []
+        for given, own in zip(self.arms, values, strict=True):
+            arm, asked = given, self.freedom(given)
+            if arm.freedom is not None and own is not None and not asked.exact:
+                arm = replace(arm, freedom=arm.freedom.fixed(asked.all_values(own)))
+            arms.append(arm)
+        changed = any(one is not other for one, other in zip(arms, self.arms, strict=True))
+        return replace(self, arms=tuple(arms)) if changed else self
+
+    def with_task(self, task: Task, rows: Ints) -> Cell:
+        """The same cell with another task, whose poses are in place of these ones (their numbers)."""
+        return replace(self, task=task, arms=tuple(_with_rows(arm, rows) for arm in self.arms))
+
+    def with_places(self, task: Task, rows: Ints, steps: Ints, fractions: Floats) -> Cell:
+        """The same cell with a longer task: its own poses are at ``rows``, the others at fractions of ``steps``."""
+        arms = tuple(
+            arm if arm.freedom is None else replace(arm, freedom=arm.freedom.with_places(rows, steps, fractions))
+            for arm in self.arms
+        )
+        return replace(self, task=task, arms=arms)
 
     def alone(self, segment: int) -> Cell:
         """The same cell with one segment of the task only."""

@@ -14,10 +14,10 @@ from functools import cached_property
 
 import numpy as np
 
-from duocell.models.base.arrays import Floats, Ints
+from duocell.models.base.arrays import Bools, Floats, Ints
 from duocell.models.base.pose import inverse, transform
 from duocell.models.cell.displacement import displaced, displacement_twists
-from duocell.models.robot.freedom import LENGTHS, NAMES, SIZE, Frame, Freedom
+from duocell.models.robot.freedom import LENGTHS, NAMES, SIZE, TILT, Frame, Freedom
 
 EQUATIONS = 6
 """Of a pose: what its flange target takes from an arm."""
@@ -80,8 +80,8 @@ class PoseFreedom:
         return self.given[:, self.which]
 
     def all_values(self, values: Floats | None = None) -> Floats:
-        """(..., m, 8) of all parameters, from the open ones (..., m, k); nominal without any."""
-        if values is None:
+        """(..., m, 8) of all parameters, from the open ones (..., m, k); nominal without any, or where none is open."""
+        if values is None or self.exact:
             return self.given
         full = np.broadcast_to(self.given, (*values.shape[:-1], SIZE)).copy()
         full[..., self.which] = values
@@ -97,7 +97,8 @@ class PoseFreedom:
 
     def targets(self, values: Floats | None = None) -> Floats:
         """(..., m, 4, 4) flange targets in the world for parameters (..., m, k), nominal without any."""
-        return self._nominal_targets if values is None else self._targets(self.all_values(values))
+        given = values is None or self.exact
+        return self._nominal_targets if given else self._targets(self.all_values(values))
 
     def twists(self, values: Floats) -> Floats:
         """(m, 6, k) by what the flange moves per unit of the parameters (m, k): m, then rad, in the world.
@@ -111,10 +112,41 @@ class PoseFreedom:
         moved: Floats = both[:, :, self.which]
         return moved
 
+    def turned(self) -> Floats:
+        """(m,) rad by which a displacement may turn the hand at most, either way from the nominal one."""
+        spans = self._spans()
+        tilt = np.where(np.any(spans[:, TILT] > 0.0, axis=1), 2.0 * self.cone, 0.0)
+        turn: Floats = np.minimum(tilt + np.sum(spans[:, TILT.stop :], axis=1), np.pi)
+        return turn
+
+    def moved(self, point: Floats) -> Floats:
+        """(m,) m by which a displacement may move a point (3,) of the flange at most, from where it is nominally."""
+        spans, places = self._spans(), (self.after @ np.append(point, 1.0))[:, :3]
+        about_z = np.all(spans[:, TILT.start : -1] == 0.0, axis=1) & (
+            np.max(np.abs(self.given[:, TILT.start :])) == 0.0
+        )
+        lever = np.where(about_z, np.linalg.norm(places[:, :2], axis=1), np.linalg.norm(places, axis=1))
+        shift: Floats = np.linalg.norm(spans[:, :LENGTHS], axis=1) + 2.0 * np.sin(0.5 * self.turned()) * lever
+        return shift
+
+    def _spans(self) -> Floats:
+        """(m, 8) by how much parameters may differ from their nominal values; infinite where they may be anything."""
+        spans = np.zeros((len(self.given), SIZE))
+        spans[:, self.which] = np.maximum(self.upper - self.nominal, self.nominal - self.lower)
+        return spans
+
     def excess(self, values: Floats) -> Floats:
         """(m, k) m and rad by which parameters lie beyond their ranges; negative: what is left."""
         beyond: Floats = np.maximum(self.lower - values, values - self.upper)
         return beyond
+
+    def step_excess(self, values: Floats, joined: Bools) -> float:
+        """m or rad by which the parameters (m, k) change more than they may between poses; negative: what is left.
+
+        ``joined`` (m - 1,) says where the next pose is one of the same segment.
+        """
+        change = np.abs(np.diff(values, axis=0))[joined]
+        return float(np.max(change - self.steps, initial=-np.inf))
 
 
 def pose_freedom(poses: Floats, grasps: Floats, tool: Floats, freedom: Freedom | None) -> PoseFreedom:
@@ -164,10 +196,3 @@ def _frames(poses: Floats, grasps: Floats, freedom: Freedom) -> tuple[Floats, Fl
     chosen = (np.stack([pairs[frame][side] for frame in Frame]) for side in (0, 1))
     before, after = (one[freedom.frames, np.arange(len(poses))] for one in chosen)
     return before @ axes, inverse(axes) @ after
-
-
-def longest_step(values: Floats, which: Ints) -> tuple[float, float]:
-    """m and rad, the largest change of a length and of an angle between consecutive rows of parameters (m, k)."""
-    change = np.max(np.abs(np.diff(values, axis=0)), axis=0, initial=0.0)
-    lengths = which < LENGTHS
-    return float(np.max(change[lengths], initial=0.0)), float(np.max(change[~lengths], initial=0.0))

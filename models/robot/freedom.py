@@ -49,6 +49,7 @@ class Freedom:
         frames: (m,) a `Frame` for each pose.
         steps: (8,) m and rad that a parameter may change by from pose to pose of a segment; infinite for any, 0 for one
             value at all poses.
+        stand_in: True if the roll that is given stands for one that is open: steps of the last joint then say nothing.
     """
 
     lower: Floats
@@ -57,6 +58,7 @@ class Freedom:
     axes: Floats
     frames: Ints
     steps: Floats
+    stand_in: bool = False
 
     def __post_init__(self) -> None:
         m = len(self.lower)
@@ -91,3 +93,28 @@ class Freedom:
     def fixed(self, values: Floats) -> Freedom:
         """One displacement for each pose, from parameters (m, 8)."""
         return replace(self, lower=values, upper=values)
+
+    def with_places(self, rows: Ints, steps: Ints, fractions: Floats) -> Freedom:
+        """The same with places between the poses as further poses, whose ranges lie between those of their neighbours.
+
+        Args:
+            rows: (m,) where the poses are in the longer task. steps: (K,) the pose before each place.
+            fractions: (K,) of the way to the next.
+        """
+        added = np.ones(len(rows) + len(steps), dtype=np.bool_)
+        added[rows] = False
+        before = np.empty(len(added), dtype=np.int64)
+        before[rows], before[added] = np.arange(len(rows)), steps
+        share = np.zeros(len(added))
+        share[added] = fractions
+        after = np.where(share > 0.0, before + 1, before)
+
+        def between(values: Floats) -> Floats:
+            factor = share.reshape(-1, *[1] * (values.ndim - 1))
+            one, other = values[before], values[after]
+            ends = np.isinf(one) | np.isinf(other)
+            with np.errstate(invalid="ignore"):  # ends that are infinite
+                between_ends = one + factor * (other - one)
+            return np.where(ends, one, between_ends)
+
+        return replace(self.rows(before), lower=between(self.lower), upper=between(self.upper), cone=between(self.cone))

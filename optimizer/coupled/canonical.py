@@ -78,7 +78,7 @@ def _reversed(cell: Cell) -> Cell:
     starts = tuple(len(task) - segment.stop for segment in reversed(task.segments))
     back = Task(task.poses[::-1], starts, task.names[::-1], task.weights[::-1])
     arms = tuple(arm if arm.grasps is None else replace(arm, grasps=arm.grasps[::-1]) for arm in cell.arms)
-    return replace(cell, task=back, arms=arms)
+    return replace(cell, arms=arms).with_task(back, np.arange(len(task))[::-1])
 
 
 def _is_backwards(task: Task) -> bool:

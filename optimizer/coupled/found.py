@@ -12,6 +12,8 @@ from duocell.optimizer.results.layout import Reason
 from duocell.optimizer.sqp.nearby import nearby
 from duocell.optimizer.sqp.refine import Refined
 
+Told = Callable[[Sequence[ArmSolution], float, PathClearance | None], None]
+"""Called with a clean layout, its E and the check of its way."""
 SAME_PLACE, SAME_COST = 0.02, 1e-3
 """m and relative: layouts nearer than this are the same."""
 
@@ -36,7 +38,7 @@ class CoupledSearch:
     finished: bool = True
     reasons: tuple[Reason, ...] = ()
     proved: bool = False
-    told: Callable[[Sequence[ArmSolution], float, PathClearance | None], None] = layout_found
+    told: Told = layout_found
 
     @property
     def best(self) -> Refined | None:

@@ -106,7 +106,8 @@ def _prove(
 ) -> Certificate:
     """The proof for joint availability."""
     problems = [search.problem for search in searches if search.problem is not None]
-    if cell.coupled and len(problems) == len(searches) and not any(search.proved for search in searches):
+    exact = all(cell.freedom(arm).exact for arm in cell.arms)  # bodies stand still only where poses are given
+    if exact and cell.coupled and len(problems) == len(searches) and not any(search.proved for search in searches):
         certificate, proof = prove_together(cell, problems, coupled.found, settings, report)
         coupled.found[:] = proof.known
         return certificate
@@ -169,7 +170,11 @@ def _prove_arm(cell: Cell, search: ArmSearch, settings: CertificateSettings) -> 
         search.reasons = explain_proof(cell, search.arm, proof.causes) + search.reasons
     elif proof.found is not None:
         found = proof.found
-        _take_over(cell, search, path_from(search.problem, found.position, found.signs), found.objective)
+        start = path_from(search.problem, found.position, found.signs)
+        if search.lift is not None:
+            start = search.lift(start)
+            found = replace(found, objective=objective_of(cell, search.arm, start.joints))
+        _take_over(cell, search, start, found.objective)
     return _certificate(search, proof, settings)
 
 
@@ -205,6 +210,8 @@ def _certificate(search: ArmSearch, proof: ArmProof, settings: CertificateSettin
 
 def _no_proof(search: ArmSearch) -> str:
     """Why there is no proof for an arm, and what the search has to show instead."""
+    if search.no_proof:
+        return search.no_proof
     hits = ", ".join(f"{value:.6g} ({count} times)" for value, count in search.basins[:5])
     evidence = f"{search.starts} local solves ended in {len(search.basins)} optima: {hits}" if hits else "no optimum"
     return (

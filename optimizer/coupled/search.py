@@ -8,7 +8,7 @@ from dataclasses import replace
 from duocell.models.cell.cell import Cell
 from duocell.optimizer.coupled.alternatives import look_elsewhere
 from duocell.optimizer.coupled.canonical import CanonicalForm
-from duocell.optimizer.coupled.found import CoupledSearch
+from duocell.optimizer.coupled.found import CoupledSearch, Told
 from duocell.optimizer.coupled.refinements import Terms, as_it_is
 from duocell.optimizer.coupled.rounds import search_general, search_reduced, search_short
 from duocell.optimizer.nlp.program import ArmSolution
@@ -26,6 +26,7 @@ def search_coupled(
     settings: Settings,
     deadline: float,
     report: Callable[[str, float], None] = lambda what, share: None,
+    told: Told = layout_found,
 ) -> CoupledSearch:
     """Find the best layout of arms that something couples.
 
@@ -34,12 +35,11 @@ def search_coupled(
         settings: seed and number of alternatives.
         deadline: `time.perf_counter` value, soft.
         report: told what is being done and the share of it that is done.
+        told: called with every clean layout.
     """
     form, terms = CanonicalForm.of(cell), Terms(settings, deadline, report)
     search = CoupledSearch(
-        told=lambda points, objective, path: layout_found(
-            form.back(points), objective, path if form.is_as_given else None
-        )
+        told=lambda points, objective, path: told(form.back(points), objective, path if form.is_as_given else None)
     )
     scene = Scene.of(form.cell)
     _search(scene, search, _in_form(form, searches), terms)

@@ -66,7 +66,9 @@ def evaluate_layout(cell: Cell, joints: Sequence[Floats | None] | None = None) -
     if reasons:  # bases, the part and arms by themselves decide, or all that the arms can do together
         given_path = any(reason.kind == "collision" and not reason.arm for reason in reasons)
         alone = any(choice.complete and choice.best.reasons for choice in found)
-        outcome = Outcome.of(usable=False, proved=bool(of_bases) or given_path or alone or chosen.settled)
+        exact = all(cell.freedom(arm).exact for arm in cell.arms)  # else other displacements may do
+        by_paths = exact and (given_path or chosen.settled)
+        outcome = Outcome.of(usable=False, proved=bool(of_bases) or by_paths or alone)
     if outcome is Outcome.UNKNOWN:
         reasons = (*reasons, NOT_FOUND)
     placements = tuple(placed(cell, one.arm, one.point) for one in standing if one.point is not None)

@@ -87,8 +87,19 @@ def as_given(cell: Cell, arm: Arm, joints: Floats) -> Choice:
 
 def choices(cell: Cell, arm: Arm) -> Choice:
     """The paths of an arm with a fixed base: one per posture where it has postures."""
+    if not cell.freedom(arm).exact:
+        return _searched(cell, arm)
     problem = reduced_problem(cell, arm)
     return _general(cell, arm) if problem is None else _reduced(cell, problem)
+
+
+def _searched(cell: Cell, arm: Arm) -> Choice:
+    """The path that a search finds from the base of an arm whose poses leave something open."""
+    found = search_arm(cell, arm, Settings(), time.perf_counter() + SEARCHING)
+    point = found.best or found.nearest
+    if point is not None:
+        return Choice((_judged(cell, arm, point, found.candidates),), False)
+    return Choice((Standing(arm, None, None, np.inf, found.reasons, found.candidates),), found.proved)
 
 
 def _reduced(cell: Cell, problem: ReducedProblem) -> Choice:

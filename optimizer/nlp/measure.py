@@ -23,7 +23,7 @@ from duocell.models.robot.robot import Robot
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.results.layout import SegmentShare
 from duocell.optimizer.results.measured import Measured, TermShare
-from duocell.optimizer.results.placement import Placement
+from duocell.optimizer.results.placement import Displacement, Placement
 
 
 def joint_margins(arm: Arm, joints: Floats) -> Floats:
@@ -105,7 +105,17 @@ def placed(cell: Cell, arm: Arm, point: ArmSolution) -> Placement:
             )
             for term in cell.objective.terms
         ),
+        displacement=_displacement(cell, arm, point),
     )
+
+
+def _displacement(cell: Cell, arm: Arm, point: ArmSolution) -> Displacement | None:
+    """What was chosen of what the poses leave open."""
+    freedom = cell.freedom(arm)
+    if freedom.exact:
+        return None
+    values = freedom.nominal if point.free is None else point.free
+    return Displacement(freedom.names, values, cell.task.poses @ cell.grasps(arm, values))
 
 
 def _measured(measure: Measure, arm: Arm, joints: Floats) -> Measured:

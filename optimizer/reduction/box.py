@@ -23,15 +23,16 @@ turned, by as much as counts as kept."""
 def reach_windows(cell: Cell, arm: Arm) -> Floats:
     """(m, 3, 2) m: for every pose a box that holds each base position (x, y, z) from which the pose is within reach.
 
-    Sound whatever the joint limits: a base outside is out of reach for sure.
+    Sound whatever the joint limits, and whatever the pose leaves open: a base outside is out of reach for sure.
     """
-    targets = cell.flange_targets(arm)
+    targets, freedom = cell.flange_targets(arm), cell.freedom(arm)
+    point = np.zeros(3)
     form = closed_form(arm.robot)
     level = form is not None and abs(float(form.n @ form.axes[0])) < LEVEL
     if form is not None and level and chain_of(arm.robot).vertical_sign and arm.upright:
         centre = targets[:, :3, 3] + targets[:, :3, :3] @ form.wrist_in_flange
         half, lift = _wrist_reach(form)
-        centre = centre - np.array([0.0, 0.0, lift])
+        centre, point = centre - np.array([0.0, 0.0, lift]), form.wrist_in_flange
     elif arm.robot.carried is not None and arm.upright:
         half, lift = _carried_reach(arm)
         centre = targets[:, :3, 3] - np.array([0.0, 0.0, lift])
@@ -39,6 +40,8 @@ def reach_windows(cell: Cell, arm: Arm) -> Floats:
         centre = targets[:, :3, 3]
         half = np.full(3, reach(arm.robot, _travel(arm)))
     half = half + SLACK
+    if not freedom.exact:
+        half = half + freedom.moved(point)[:, None]
     return np.stack([centre - half, centre + half], axis=-1)
 
 

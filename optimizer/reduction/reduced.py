@@ -49,6 +49,7 @@ class ReducedProblem:
         gap_steps: (m - 1,) rad, of a sample: joint step to the next pose that the steps left out between them allow;
             infinite where that says nothing, None if it never does.
         objective: what the cell is to be best at.
+        last_open: what is proved must say nothing about steps of the last joint, which stands for a roll that is open.
         apart: by how much the arm that is asked about may be off this one at the same joint values: what is proved
             here has to hold for that arm.
     """
@@ -66,6 +67,7 @@ class ReducedProblem:
     gap_steps: Floats | None = None
     apart: Difference = SAME
     objective: Objective = JOINT_AVAILABILITY
+    last_open: bool = False
 
     @property
     def segments(self) -> tuple[slice, ...]:
@@ -213,6 +215,7 @@ def reduced_problem(cell: Cell, arm: Arm, apart: Difference = SAME) -> ReducedPr
         weights=None if np.all(cell.task.weights == 1.0) else cell.task.weights,
         apart=apart,
         objective=cell.objective,
+        last_open=arm.freedom is not None and arm.freedom.stand_in,
     )
 
 
@@ -227,7 +230,7 @@ def evaluate(problem: ReducedProblem, positions: Floats) -> Paths:
         Paths; postures the request excludes have an infinite violation.
     """
     seen = seen_from(problem, positions)
-    paths = _paths(problem, solve_branches(problem.form, problem.rotations, seen))
+    paths = paths_of(problem, solve_branches(problem.form, problem.rotations, seen))
     paths.jump[~problem.postures] = np.inf
     return paths
 
@@ -235,7 +238,7 @@ def evaluate(problem: ReducedProblem, positions: Floats) -> Paths:
 def evaluate_signed(problem: ReducedProblem, positions: Floats, signs: Ints) -> Paths:
     """As `evaluate` for one given posture per position: ``signs`` (N, 3); arrays have 1 in place of 8."""
     seen = seen_from(problem, positions)
-    return _paths(problem, solve_signed(problem.form, problem.rotations, seen, signs))
+    return paths_of(problem, solve_signed(problem.form, problem.rotations, seen, signs))
 
 
 def evaluate_fully(problem: ReducedProblem, positions: Floats, signs: Ints) -> Paths:
@@ -266,7 +269,8 @@ def conditioning_shortfall(problem: ReducedProblem, joints: Floats) -> Floats:
     return shortfall
 
 
-def _paths(problem: ReducedProblem, branches: Branches) -> Paths:
+def paths_of(problem: ReducedProblem, branches: Branches) -> Paths:
+    """The best windings and the best yaw of paths (6, B, N, m) that are given modulo 2π."""
     arm = problem.arm
     segments = problem.weights, problem.starts
     if len(branches.missing) == len(ALL_SIGNS):  # the two signs of the wrist are as near to the singularity

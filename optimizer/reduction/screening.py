@@ -101,7 +101,7 @@ def screen(
         count *= 4**round_ * (parameters.thinned if careful else 1)
     frame = BoxFrame.of(problem, box)
     points = frame.sample(count, seed + round_)
-    spacing = _spacing(box, len(points))
+    spacing = spacing_of(box, len(points))
     net = _net(coarse, points, spacing, parameters)
     picked = improve(coarse, _pick(net, parameters), frame, spacing, parameters.first_steps, parameters.cloud)
     picked.sort(key=lambda c: scored(coarse, c))
@@ -144,7 +144,7 @@ def _in_singular_minima(
     return improve(problem, best[: parameters.singular_minima], frame, radius, parameters.last_steps, parameters.cloud)
 
 
-def _spacing(box: Floats, count: int) -> Floats:
+def spacing_of(box: Floats, count: int) -> Floats:
     """(3,) m: distance between neighbours of ``count`` points spread over a box, alike in all directions.
 
     A side that is shorter than this distance is a spacing wide.

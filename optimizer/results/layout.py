@@ -109,6 +109,7 @@ class Verification:
         max_position_error: m. max_orientation_error: rad. max_joint_step: rad between consecutive poses of a segment.
         max_prismatic_step: m, likewise, of joints that shift; None where there is none.
         limits_respected: every joint inside its limits to 1e-6 and every base inside its region.
+        tolerances_respected: every pose inside what the task leaves open there, from where the joints take the hand.
     """
 
     max_position_error: float
@@ -116,6 +117,7 @@ class Verification:
     max_joint_step: float
     limits_respected: bool
     max_prismatic_step: float | None = None
+    tolerances_respected: bool = True
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,25 @@ from duocell.optimizer.results.measured import Measured, TermShare
 
 
 @dataclass(frozen=True, eq=False)
+class Displacement:
+    """What an arm has chosen of what its poses leave open.
+
+    Attributes:
+        names: (k) of the parameters, as in `duocell.models.robot.freedom`.
+        values: (m, k) m and rad.
+        tools: (m, 4, 4) the tool centre point in the world.
+    """
+
+    names: tuple[str, ...]
+    values: Floats
+    tools: Floats
+
+    def __post_init__(self) -> None:
+        set_frozen(self, "values", self.values, (None, len(self.names)))
+        set_frozen(self, "tools", self.tools, (None, 4, 4))
+
+
+@dataclass(frozen=True, eq=False)
 class Placement:
     """Where one arm stands and how it moves there.
 
@@ -24,6 +43,7 @@ class Placement:
         objective: this arm's part of the objective.
         joint_margins: (n,) rad or m, smallest distance to a limit over the path; inf for joints without end.
         minimum_margin: rad, smallest of those of revolute joints; inf if none has limits.
+        displacement: what was chosen where poses leave something open, or None.
         linear_margins: of every linear limit its name, and rad, the smallest distance of its sum to its limits.
         minimum_conditioning: smallest σmin/σmax of the Jacobian (translation divided by ``characteristic_length``).
         characteristic_length: m.
@@ -56,6 +76,7 @@ class Placement:
     joint_kinds: tuple[JointKind, ...] = ()
     measures: tuple[Measured, ...] = ()
     terms: tuple[TermShare, ...] = ()
+    displacement: Displacement | None = None
 
     def __post_init__(self) -> None:
         set_frozen(self, "position", self.position, (3,))

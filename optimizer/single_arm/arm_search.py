@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -32,6 +33,7 @@ class ArmSearch:
         reasons: why there is no point. proved: True if that is certain.
         problem: the reduced problem, for a certificate; None for arms without one.
         tree: branch and bound over its bases as far as the search needed it; a certificate can go on with it.
+        lift: from a path of `problem` to one of the arm, where these are not the same. no_proof: why there is none.
         drawing: search of the arm that this one was drawn as, `meant`, where its own geometry has no closed form.
     """
 
@@ -51,6 +53,8 @@ class ArmSearch:
     tree: BranchAndBound | None = None
     drawing: ArmSearch | None = None
     meant: Nominal | None = None
+    lift: Callable[[ArmSolution], ArmSolution] | None = None
+    no_proof: str = ""
 
     @property
     def local(self) -> LocalParameters:

@@ -17,14 +17,41 @@ from duocell.models.cell.singular_margins import violations_at_poses
 from duocell.models.kinematics.closed_form import closed_form
 from duocell.models.kinematics.wrist_singularity import wrist_shortfall
 from duocell.models.robot.arm import Arm
+from duocell.optimizer.monitoring.events import Started
+from duocell.optimizer.monitoring.watch import tell
 from duocell.optimizer.nlp.conditioning_cuts import TRUST, conditioning_gradients, keep_conditioning
 from duocell.optimizer.nlp.measure import step_excess
 from duocell.optimizer.nlp.pose_rows import BASE
 from duocell.optimizer.nlp.program import ArmSolution, Cuts, build_program
 from duocell.optimizer.nlp.solve import Solve, solve_program
+from duocell.optimizer.single_arm.arm_search import ArmSearch
+from duocell.optimizer.verification.verify import check
 
 CLEAR = 1e-3
 """Relative rise of the objective for which ways keep clear of singularities also where they begin and end."""
+
+
+def solved_from(
+    cell: Cell, search: ArmSearch, start: ArmSolution, deadline: float, known: float = np.inf
+) -> list[tuple[float, ArmSolution]]:
+    """The optimum reached from a start, if it passes the independent check; if below ``known``, surely."""
+    if time.perf_counter() > deadline:
+        search.finished = False
+        return []
+    now = time.perf_counter()
+    share = max(
+        search.local.share * (deadline - now),
+        min(search.local.solve_pose * len(cell.task), deadline - now),
+    )
+    result = solve_locally(cell, search.arm, start, now + share, known)
+    search.starts += 1
+    if result.engine_status == "Maximum_WallTime_Exceeded":
+        search.finished = False
+    point = result.points[0]
+    usable = result.status.has_point and check(cell, search.arm, point).usable
+    objective = result.objective if usable else None
+    tell(Started(search.arm.name, search.starts, result.status.value, objective, result.iterations))
+    return [(result.objective, point)] if usable else []
 
 
 def solve_locally(cell: Cell, arm: Arm, start: ArmSolution, deadline: float, known: float = np.inf) -> Solve:
@@ -78,7 +105,7 @@ def _solve_rows(
     steps = False
     if result.objective > known:
         return result
-    if result.status.has_point and step_excess(cell, arm, result.points[0].joints) > 0.0:
+    if result.status.has_point and not steps_kept(cell, arm, result.points[0]):
         steps = True
         result = _solve(cell, arm, start, deadline, keep_shoulder=keep, clear=clear, steps=True)
     if result.status.has_point and arm.min_conditioning is not None and result.objective <= known:
@@ -92,6 +119,13 @@ def _solve_rows(
             held = keep_conditioning(solve, arm, start, deadline)
             return held or keep_conditioning(solve, arm, start, deadline, TRUST) or result
     return result
+
+
+def steps_kept(cell: Cell, arm: Arm, point: ArmSolution) -> bool:
+    """True if neither joints nor the parameters that poses leave open change by more than they may."""
+    if step_excess(cell, arm, point.joints) > 0.0:
+        return False
+    return point.free is None or cell.freedom(arm).step_excess(point.free, cell.task.joined) <= 0.0
 
 
 def _solve(

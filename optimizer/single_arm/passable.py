@@ -31,6 +31,8 @@ ROUNDS, FINER = 5, 8
 """Times that places are added, and how much closer to each other each time."""
 REPAIRS, NEAR = 4, 1e-3
 """Optima that are repaired, and m and rad within which they are the same."""
+NARROWER = 1.5
+"""Times by which a joint leaves its limits between the poses that it is kept away from them at the poses, at first."""
 MOST_SETTLED = 20
 """Optima that are looked at for one whose joints only overshoot."""
 Place = tuple[int, float]
@@ -52,6 +54,8 @@ def passable(
     Returns:
         Its objective and the point, or None if there is none nearby.
     """
+    if not cell.freedom(arm).exact and not met.breaks:
+        return _with_narrower_limits(cell, arm, point, met, deadline)
     places: set[Place] = set()
     here = point
     for round_ in range(ROUNDS):
@@ -62,16 +66,47 @@ def passable(
             return None
         places |= found
         finer, rows = with_places(cell, sorted(places))
-        start = replace(here, joints=_between(here.joints, sorted(places), rows))
-        solved = solve_locally(finer, arm, start, deadline)
+        free = None if here.free is None else _between(here.free, sorted(places), rows)
+        start = replace(here, joints=_between(here.joints, sorted(places), rows), free=free)
+        own = next(one for one in finer.arms if one.name == arm.name) if arm.freedom is not None else arm
+        solved = solve_locally(finer, own, start, deadline)
         if not solved.status.has_point:
             return None
-        here = replace(solved.points[0], joints=solved.points[0].joints[rows])
+        there = solved.points[0]
+        here = replace(there, joints=there.joints[rows], free=None if there.free is None else there.free[rows])
         if not check(cell, arm, here).usable:
             return None
         met = check_arm_path(cell, arm, here)
         if met.free:
             return objective_of(cell, arm, here.joints), here
+    return None
+
+
+def _with_narrower_limits(
+    cell: Cell, arm: Arm, point: ArmSolution, met: ArmPathCheck, deadline: float
+) -> tuple[float, ArmSolution] | None:
+    """The same where poses leave something open: joints keep as far inside their limits as they leave them between.
+
+    Places between the poses would have parameters of their own, which the path from pose to pose does not have.
+    """
+    lower, upper, here = arm.lower.copy(), arm.upper.copy(), point
+    for round_ in range(ROUNDS):
+        for one in met.excesses:
+            if one.joint not in arm.robot.joint_names or time.perf_counter() > deadline:
+                return None
+            joint = arm.robot.joint_names.index(one.joint)
+            low = here.joints[one.pose, joint] < 0.5 * (lower[joint] + upper[joint])
+            (lower if low else upper)[joint] += (NARROWER + round_) * one.amount * (1.0 if low else -1.0)
+        narrow = replace(arm, lower=lower, upper=upper)
+        solved = solve_locally(cell, narrow, here, deadline)
+        if not solved.status.has_point or not check(cell, arm, solved.points[0]).usable:
+            return None
+        here = solved.points[0]
+        met = check_arm_path(cell, arm, here)
+        if met.free:
+            return objective_of(cell, arm, here.joints), here
+        if met.breaks:
+            return None
     return None
 
 
@@ -93,11 +128,11 @@ def with_places(cell: Cell, places: Iterable[Place]) -> tuple[Cell, Ints]:
     weights = np.zeros(len(added))
     weights[rows] = task.weights
     starts = tuple(int(rows[start]) for start in task.starts)
-    return replace(cell, task=Task(poses, starts, task.names, weights)), rows
+    return cell.with_places(Task(poses, starts, task.names, weights), rows, steps, fractions), rows
 
 
 def _between(joints: Floats, places: list[Place], rows: Ints) -> Floats:
-    """Joints (m, n) with those of places between the poses, on the chord."""
+    """Joints (m, n), or other values of the poses, with those of places between the poses, on the chord."""
     fine = np.empty((len(joints) + len(places), joints.shape[1]))
     added = np.ones(len(fine), dtype=np.bool_)
     added[rows] = False

@@ -14,7 +14,7 @@ from duocell.models.kinematics.nominal import Nominal, nominal
 from duocell.models.robot.arm import Arm
 from duocell.optimizer.budget import boxes_for
 from duocell.optimizer.certificate.certify import BranchAndBound, certify
-from duocell.optimizer.monitoring.events import Screened, Started
+from duocell.optimizer.monitoring.events import Screened
 from duocell.optimizer.monitoring.watch import tell
 from duocell.optimizer.nlp.measure import objective_of
 from duocell.optimizer.nlp.program import ArmSolution
@@ -29,11 +29,13 @@ from duocell.optimizer.results.layout import Reason
 from duocell.optimizer.settings import CertificateSettings, Settings
 from duocell.optimizer.single_arm.arm_search import ArmSearch
 from duocell.optimizer.single_arm.as_drawn import paths_from, starts_from, why_impossible
-from duocell.optimizer.single_arm.basins import LEVEL, ROUNDED, distinct_optima, elsewhere
+from duocell.optimizer.single_arm.basins import LEVEL, ROUNDED, elsewhere
 from duocell.optimizer.single_arm.doubt import at_limit, in_doubt
-from duocell.optimizer.single_arm.local import solve_locally, worse_for_its_ends
+from duocell.optimizer.single_arm.local import solved_from
 from duocell.optimizer.single_arm.nearest import nearest_candidate, nearest_path
-from duocell.optimizer.single_arm.passable import best_passable, best_tolerable, where_stuck, with_places
+from duocell.optimizer.single_arm.open_poses.search import search_open
+from duocell.optimizer.single_arm.optima import keep_best
+from duocell.optimizer.single_arm.passable import best_tolerable, where_stuck, with_places
 from duocell.optimizer.single_arm.redundant.reachable_poses import unreached_poses
 from duocell.optimizer.single_arm.redundant.unreduced import search_unreduced
 from duocell.optimizer.single_arm.refinement import brought_to_optimum, path_from
@@ -43,6 +45,8 @@ from duocell.optimizer.verification.verify import check
 
 def search_arm(cell: Cell, arm: Arm, settings: Settings, deadline: float, apart: Difference = SAME) -> ArmSearch:
     """Find the best placement of one arm that nothing couples to others; ``apart``: see `ReducedProblem`."""
+    if not cell.freedom(arm).exact:
+        return search_open(cell, arm, settings, deadline, search_arm)
     meant = nominal(arm.robot)
     search = ArmSearch(
         arm, settings.parameters, problem=None if meant is not None else reduced_problem(cell, arm, apart)
@@ -80,10 +84,10 @@ def _search_drawing(cell: Cell, search: ArmSearch, meant: Nominal, settings: Set
     best = [] if drawing.best is None else [(drawing.objective, drawing.best)]
     optima = []
     for start in starts_from(cell, search.arm, meant, best + drawing.optima, deadline):
-        optima += _solve(cell, search, start, deadline)
+        optima += solved_from(cell, search, start, deadline)
         if meant.negligible and check(cell, search.arm, start).usable:
             optima.append((objective_of(cell, search.arm, start.joints), start))
-    _keep(cell, search, optima, deadline)
+    keep_best(cell, search, optima, deadline)
     if meant.negligible:  # what is known of the drawing, with room for what it is off, is known of the arm
         _settle_for_less(cell, search)
         search.problem, search.tree, search.drawing = drawing.problem, drawing.tree, None
@@ -101,7 +105,9 @@ def _search_beside(cell: Cell, search: ArmSearch, drawn: Arm, settings: Settings
     if search.arm.avoid_singularities:
         drawing = search_arm(cell, replace(drawn, avoid_singularities=False), settings, deadline)
         starts = paths_from(cell, search.arm, drawing.optima, deadline)
-        _keep(cell, search, [one for start in starts for one in _solve(cell, search, start, deadline)], deadline)
+        keep_best(
+            cell, search, [one for start in starts for one in solved_from(cell, search, start, deadline)], deadline
+        )
 
 
 def _search_reduced(
@@ -154,8 +160,11 @@ def _search_boxes(
     found = proof.found
     best = Candidate(found.position, found.signs, found.objective, 0.0)
     optima = _near(cell, search, problem, box, best)
-    _keep(
-        cell, search, optima + _solve(cell, search, path_from(problem, found.position, found.signs), deadline), deadline
+    keep_best(
+        cell,
+        search,
+        optima + solved_from(cell, search, path_from(problem, found.position, found.signs), deadline),
+        deadline,
     )
 
 
@@ -174,7 +183,7 @@ def _search_around(cell: Cell, search: ArmSearch, problem: ReducedProblem, box: 
         return
     for value, point in _near(cell, search, problem, box, Candidate(best.position, best.signs, np.inf, np.inf)):
         if value < (1.0 - LEVEL) * search.objective:
-            _keep(cell, search, [(value, point), *_solve(cell, search, point, deadline)], deadline)
+            keep_best(cell, search, [(value, point), *solved_from(cell, search, point, deadline)], deadline)
 
 
 def _search_finer(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadline: float) -> None:
@@ -196,7 +205,7 @@ def _search_finer(cell: Cell, search: ArmSearch, box: Floats, seed: int, deadlin
     search.candidates, search.starts = search.candidates + found.candidates, search.starts + found.starts
     search.finished = found.finished
     coarse = [(value, replace(point, joints=point.joints[rows])) for value, point in found.optima]
-    _keep(cell, search, [one for one in coarse if check(cell, search.arm, one[1]).usable], deadline)
+    keep_best(cell, search, [one for one in coarse if check(cell, search.arm, one[1]).usable], deadline)
     if search.best is not None:
         search.reasons = ()
 
@@ -223,7 +232,7 @@ def _decide(cell: Cell, search: ArmSearch, problem: ReducedProblem, deadline: fl
         search.reasons = explain_proof(cell, search.arm, proof.causes)
     elif proof.found is not None and (proof.proved or not early):
         start = path_from(problem, proof.found.position, proof.found.signs)
-        _keep(cell, search, _solve(cell, search, start, deadline), deadline)
+        keep_best(cell, search, solved_from(cell, search, start, deadline), deadline)
     return proof.infeasible or (proof.proved and cell.objective.bounded and search.best is not None)
 
 
@@ -235,7 +244,7 @@ def _solve_candidates(cell: Cell, search: ArmSearch, problem: ReducedProblem, fo
     usable = [candidate for candidate in waiting if candidate.violation == 0.0]
     while waiting and time.perf_counter() < deadline and search.starts < most * (1 if optima else 2):
         candidate = waiting.pop(0)
-        reached = _solve(cell, search, path_from(problem, candidate.position, candidate.signs), deadline)
+        reached = solved_from(cell, search, path_from(problem, candidate.position, candidate.signs), deadline)
         reached += _turned(cell, search, problem, reached, deadline)
         optima += reached
         for _, point in reached:
@@ -244,7 +253,7 @@ def _solve_candidates(cell: Cell, search: ArmSearch, problem: ReducedProblem, fo
         start = path_from(problem, minimum.position, minimum.signs)
         known = min((value for value, _ in optima), default=np.inf)
         if objective_of(cell, search.arm, start.joints) < search.local.deeper * known:
-            optima += _solve(cell, search, start, deadline)
+            optima += solved_from(cell, search, start, deadline)
     if time.perf_counter() < deadline:
         known = min((value for value, _ in optima), default=np.inf)
         better = [candidate for candidate in usable if candidate.objective < (1.0 - ROUNDED) * known]
@@ -252,7 +261,7 @@ def _solve_candidates(cell: Cell, search: ArmSearch, problem: ReducedProblem, fo
             cell, problem, found.frame, search.local.move * found.spacing, better, search.parameters
         )
     search.finished &= time.perf_counter() < deadline
-    _keep(cell, search, optima, deadline)
+    keep_best(cell, search, optima, deadline)
 
 
 def _turned(
@@ -264,7 +273,7 @@ def _turned(
         if point.signs is not None:
             paths = evaluate_signed(problem, point.position[None, :], np.array([point.signs]))
             if paths.violation[0, 0] <= ROUNDED and paths.objective[0, 0] < (1.0 - LEVEL) * objective:
-                better += _solve(cell, search, path_from(problem, point.position, point.signs), deadline)
+                better += solved_from(cell, search, path_from(problem, point.position, point.signs), deadline)
     return better
 
 
@@ -289,47 +298,12 @@ def _search_seeds(
     """One search of the unreduced problem; the nearest paths, where it finds nothing usable."""
 
     def solve(some: Cell, start: ArmSolution, known: float) -> list[tuple[float, ArmSolution]]:
-        return _solve(some, search, start, deadline, known)
+        return solved_from(some, search, start, deadline, known)
 
     found = search_unreduced(cell, search.arm, box, seed, deadline, solve, parameters, search.objective)
     search.finished &= time.perf_counter() < deadline
     search.candidates += found.evaluated
     best = min((objective for objective, _ in found.optima), default=None)
     tell(Screened(search.arm.name, search.candidates, len(found.optima), best))
-    _keep(cell, search, found.optima, deadline)
+    keep_best(cell, search, found.optima, deadline)
     return found.paths
-
-
-def _solve(
-    cell: Cell, search: ArmSearch, start: ArmSolution, deadline: float, known: float = np.inf
-) -> list[tuple[float, ArmSolution]]:
-    """The optimum reached from a start, if it passes the independent check; if below ``known``, surely."""
-    if time.perf_counter() > deadline:
-        search.finished = False
-        return []
-    now = time.perf_counter()
-    share = max(
-        search.local.share * (deadline - now),
-        min(search.local.solve_pose * len(cell.task), deadline - now),
-    )
-    result = solve_locally(cell, search.arm, start, now + share, known)
-    search.starts += 1
-    if result.engine_status == "Maximum_WallTime_Exceeded":
-        search.finished = False
-    point = result.points[0]
-    usable = result.status.has_point and check(cell, search.arm, point).usable
-    objective = result.objective if usable else None
-    tell(Started(search.arm.name, search.starts, result.status.value, objective, result.iterations))
-    return [(result.objective, point)] if usable else []
-
-
-def _keep(cell: Cell, search: ArmSearch, optima: list[tuple[float, ArmSolution]], deadline: float) -> None:
-    """Take over the best of the optima whose way can be gone, and what they say about the basins."""
-    fresh = sorted(optima, key=lambda optimum: optimum[0])
-    search.optima = sorted(search.optima + optima, key=lambda optimum: optimum[0])
-    search.basins = distinct_optima(search.optima)
-    best = best_passable(cell, search.arm, fresh, search.objective, deadline)
-    if best is None:
-        return
-    if search.best is None or best[0] < search.objective * worse_for_its_ends(cell, search.arm, search.best, best[1]):
-        search.objective, search.best = best

@@ -20,6 +20,7 @@ from duocell.models.robot.posture import Signs
 from duocell.optimizer.nlp.measure import largest_step, largest_steps
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.results.layout import Verification
+from duocell.optimizer.verification.tolerances import tolerance_excess
 
 POSITION = 1e-6
 """m"""
@@ -43,6 +44,7 @@ class ArmCheck:
         singularity: rad by which the wrist is nearer to its singularity than the arm may be, 0 if it is not.
         max_joint_step: rad, allowed.
         prismatic_step: m, of prismatic joints within a segment; None without any. max_prismatic_step: m, allowed.
+        tolerance: m or rad by which a pose lies outside of what is open there, or changes too much; <= 0 if none does.
     """
 
     position_error: float
@@ -55,6 +57,7 @@ class ArmCheck:
     max_joint_step: float
     prismatic_step: float | None = None
     max_prismatic_step: float = np.inf
+    tolerance: float = 0.0
 
     @property
     def usable(self) -> bool:
@@ -68,6 +71,7 @@ class ArmCheck:
             and self.posture <= SIDE
             and self.conditioning <= LIMITS
             and self.singularity <= 0.0
+            and self.tolerance <= LIMITS
         )
 
 
@@ -98,7 +102,15 @@ def check(cell: Cell, arm: Arm, point: ArmSolution) -> ArmCheck:
         max_joint_step=cell.max_joint_step,
         prismatic_step=float(largest_steps(cell.task, point.joints)[0]) if arm.robot.slides else None,
         max_prismatic_step=cell.max_prismatic_step,
+        tolerance=_beyond_tolerance(cell, arm, point),
     )
+
+
+def _beyond_tolerance(cell: Cell, arm: Arm, point: ArmSolution) -> float:
+    """How far poses lie outside of what is open there, and how much too fast that changes."""
+    if point.free is None or cell.freedom(arm).exact:
+        return 0.0
+    return max(tolerance_excess(cell, arm, point), cell.freedom(arm).step_excess(point.free, cell.task.joined))
 
 
 def _wrong_side(arm: Arm, point: ArmSolution) -> float:
@@ -137,4 +149,5 @@ def summarise(checks: list[ArmCheck]) -> Verification:
         max_joint_step=max(c.joint_step for c in checks),
         limits_respected=all(c.limits <= LIMITS for c in checks),
         max_prismatic_step=max((c.prismatic_step for c in checks if c.prismatic_step is not None), default=None),
+        tolerances_respected=all(c.tolerance <= LIMITS for c in checks),
     )

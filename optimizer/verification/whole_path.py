@@ -22,6 +22,7 @@ def check_whole_path(cell: Cell, model: CollisionModel | None, points: Sequence[
         model: bodies of the same arms; None where no clearance is asked for.
         points: one per arm, as accurate as `duocell.optimizer.verification.verify` asks for.
     """
+    cell = cell.with_parameters([point.free for point in points])
     pairs = list(zip(cell.arms, points, strict=True))
     checks = [check_arm_path(cell, arm, point) for arm, point in pairs]
     breaks = {(one.arm, one.pose): one for check in checks for one in reversed(check.breaks)}

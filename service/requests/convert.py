@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import inf, pi
 
 import numpy as np
@@ -12,6 +13,7 @@ from duocell.models.cell.cell import Cell
 from duocell.models.cell.task import Task
 from duocell.models.objective.objective import JOINT_AVAILABILITY, Objective
 from duocell.models.objective.registry import objective_from
+from duocell.models.robot.arm import Arm
 from duocell.optimizer.settings import CertificateSettings, Settings, ToleranceSettings
 from duocell.service.common.issues import InvalidRequest, Issue, IssueCollector
 from duocell.service.library.library import Library
@@ -19,6 +21,7 @@ from duocell.service.requests.convert_arm import arm_of
 from duocell.service.requests.convert_coupling import couplings_of
 from duocell.service.requests.convert_surroundings import surroundings_of
 from duocell.service.requests.convert_task import task_of, with_grasps
+from duocell.service.requests.convert_tolerance import with_tolerances
 from duocell.service.requests.shared_joints import check_shared_joints
 from duocell.service.schemas.evaluate import EvaluateRequest
 from duocell.service.schemas.request import Certificate, LayoutRequest
@@ -43,11 +46,13 @@ def cell_of(request: LayoutRequest, library: Library | None = None, task: Task |
     made = [arm_of(arm, f"/arms/{index}", robots, issues) for index, arm in enumerate(request.arms)]
     check_shared_joints(made, issues)
     arms = with_grasps(request, made, issues)
+    if task is not None and len(arms) == len(request.arms):
+        arms = with_tolerances(request, arms, task, issues)
     robots_made = [None if arm is None else arm.robot for arm in made]
     surroundings = surroundings_of(request, robots_made, library, issues)
     couplings = couplings_of(request.coupling, [arm.name for arm in request.arms], issues)
     _check_tolerance(request, issues)
-    objective = _objective_of(request, issues)
+    objective = _objective_of(request, arms, issues)
     issues.raise_any()
     if task is None or surroundings is None:
         raise AssertionError("a task or surroundings that could not be made left no issue")
@@ -80,6 +85,12 @@ def joints_of(request: EvaluateRequest, cell: Cell) -> list[Floats | None]:
     found: list[Floats | None] = []
     for index, (arm, made) in enumerate(zip(request.arms, cell.arms, strict=True)):
         pointer, rows = f"/arms/{index}/joints", arm.joints
+        if rows is not None and made.freedom is not None:
+            issues.add(
+                pointer,
+                "The arm has a tolerance, and joints are checked against poses that are given. Send null to have a "
+                "path found, or leave the tolerance out.",
+            )
         if rows is not None and len(rows) != len(cell.task):
             issues.add(
                 pointer,
@@ -113,13 +124,22 @@ def settings_of(request: LayoutRequest, time_limit: float) -> Settings:
     )
 
 
-def _objective_of(request: LayoutRequest, issues: IssueCollector) -> Objective:
-    """What the layout is to be best at; the usual where what is asked for is none."""
+def _objective_of(request: LayoutRequest, arms: Sequence[Arm], issues: IssueCollector) -> Objective:
+    """What the layout is to be best at; the usual where what is asked for is none, or not for such arms."""
     try:
-        return objective_from((term.measure, term.weight) for term in request.objective)
+        objective = objective_from((term.measure, term.weight) for term in request.objective)
     except InvalidInput as error:
         issues.add(f"/objective{error.pointer}", error.detail)
         return JOINT_AVAILABILITY
+    open_arms = [arm.name for arm in arms if arm.freedom is not None]
+    if open_arms and objective.measures != JOINT_AVAILABILITY.measures:
+        issues.add(
+            "/objective",
+            f"{objective.name} is asked for, but the poses of {', '.join(open_arms)} leave something open, and what is "
+            f"open can only be chosen for {JOINT_AVAILABILITY.name} alone. Leave the objective out, or the tolerance "
+            "of every arm.",
+        )
+    return objective
 
 
 def _check_baselines(request: LayoutRequest, issues: IssueCollector) -> None:

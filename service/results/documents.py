@@ -15,7 +15,7 @@ from duocell.models.base.pose import quaternion_from_rotation, rotation_z, trans
 from duocell.optimizer.monitoring.events import Incumbent
 from duocell.optimizer.results.findings import Alternative
 from duocell.optimizer.results.layout import Baseline, BaselineArm, Layout
-from duocell.optimizer.results.placement import Placement
+from duocell.optimizer.results.placement import Displacement, Placement
 from duocell.service.common.issues import Issue
 from duocell.service.common.numbers import finite
 from duocell.service.common.version import package_version
@@ -75,7 +75,20 @@ def _placement(placement: Placement) -> schemas.ArmResult:
         joint_units=[kind.unit for kind in placement.joint_kinds] or len(placement.joint_margins) * ["rad"],
         linear_margins=[{"name": name, "margin": margin} for name, margin in placement.linear_margins],
         singularities="avoid" if placement.avoids_singularities else "allow",
+        displacement=_displacement(placement.displacement),
     )
+
+
+def _displacement(found: Displacement | None) -> dict[str, Any] | None:
+    """What was chosen of what the poses leave open."""
+    if found is None:
+        return None
+    quaternions = quaternion_from_rotation(found.tools[:, :3, :3]).tolist()
+    tool = [
+        {"position": position, "orientation": {"quaternion": quaternion}}
+        for position, quaternion in zip(found.tools[:, :3, 3].tolist(), quaternions, strict=True)
+    ]
+    return {"parameters": list(found.names), "values": found.values.tolist(), "tool": tool}
 
 
 def _mounting_face(placement: Placement) -> dict[str, Any] | None:

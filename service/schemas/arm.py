@@ -11,6 +11,7 @@ from duocell.service.schemas.base import MOST_JOINTS, TAG, Interval, Label, Numb
 from duocell.service.schemas.pose import IDENTITY, Pose
 from duocell.service.schemas.shapes import CAPSULE, Solid
 from duocell.service.schemas.surroundings import Footprint, Pedestal
+from duocell.service.schemas.task import FREE_ROLL, PoseTolerances
 
 
 def _word_or_list(value: Any) -> str:
@@ -175,6 +176,13 @@ class Arm(Strict):
     grasp: Pose = Field(
         description="TCP in the object frame: where and how the arm holds the object.",
         examples=[{"position": [-0.06, -0.015, -0.02], "orientation": {"quaternion": [0.5, 0.5, 0.5, 0.5]}}],
+    )
+    tolerance: PoseTolerances | None = Field(
+        default=None,
+        description="What the poses leave open for this arm's tool: a roll, a cone, ranges of position and rotation; "
+        "one for all poses, or a list of them for ranges of poses. What is chosen is in the result. null: every pose "
+        "is given.",
+        examples=[FREE_ROLL],
     )
     base: Base = Field(
         description="Where the base may stand.",

@@ -172,7 +172,7 @@ class LayoutRequest(Strict):
         default=[ObjectiveTerm(measure=JointAvailability.name)],
         min_length=1,
         description="What the layout is to be best at: a weighted sum of measures, each at most once. Only for joint "
-        "availability alone can it be proved how good the answer is.",
+        "availability alone can it be proved how good the answer is, and can poses leave something open (`tolerance`).",
         examples=[[{"measure": "manipulability", "weight": 1.0}]],
     )
     max_joint_step: AnyJointStep = Field(

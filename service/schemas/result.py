@@ -47,6 +47,23 @@ class TermResult(Answer):
     cost: Number = Field(description="Over all arms and poses, each times the weight of its job.", examples=[155.2])
 
 
+class Displacement(Answer):
+    """What was chosen of what the poses leave open."""
+
+    parameters: list[str] = Field(
+        description="Of the displacement Trans(x, y, z) Tilt(tilt_x, tilt_y) Rx(turn_x) Ry(turn_y) Rz(turn_z), in the "
+        "axes of the tolerance: those that are open at some pose, and those that are given and not 0.",
+        examples=[["turn_z"]],
+    )
+    values: Annotated[list[list[float]], Listed] = Field(
+        description="One row per pose: m for x, y, z, else rad.", examples=[[[0.31], [0.35]]]
+    )
+    tool: Annotated[list[Pose], Listed] = Field(
+        description="The tool centre point in the world, pose by pose.",
+        examples=[[{"position": [0.4, 0.1, 0.2], "orientation": {"quaternion": [0.0, 1.0, 0.0, 0.0]}}]],
+    )
+
+
 class ArmResult(Answer):
     """Where one arm stands and how it moves there."""
 
@@ -64,6 +81,9 @@ class ArmResult(Answer):
     joints: Annotated[list[list[float]], Listed] = Field(
         description="Joint values in rad, or m as `joint_units` says, one row per pose, job after job.",
         examples=[[[0.1, -0.5, 2.4, 0.3, 0.2, 0.1]]],
+    )
+    displacement: Displacement | None = Field(
+        default=None, description="What was chosen where `tolerance` leaves poses open; null where nothing is open."
     )
     minimum_margin: Number = Field(
         description="rad, smallest distance of any joint that turns to its limits over the path; null if none has "
@@ -238,6 +258,12 @@ class Verification(Answer):
         default=None, description="m, likewise, of linear axes; null where there is none.", examples=[None]
     )
     limits_respected: bool = Field(description="Joints and bases are inside their limits.", examples=[True])
+    tolerances_respected: bool | None = Field(
+        default=None,
+        description="Every pose is inside what `tolerance` leaves open there, seen from where the joints take the "
+        "tool; null in results of versions that did not tell.",
+        examples=[True],
+    )
 
 
 class JobResult(Answer):

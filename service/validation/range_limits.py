@@ -143,9 +143,21 @@ def _lengths(request: LayoutRequest) -> Iterator[tuple[str, list[float]]]:
         yield f"{at}/grasp/position", arm.grasp.position
         for name in ("x", "y", "z"):
             yield f"{at}/base/{name}", as_list(getattr(arm.base, name))
+        yield from _lengths_of_tolerances(at, arm)
         if arm.pedestal is not None and arm.pedestal.foot is not None:
             yield f"{at}/pedestal/foot", [arm.pedestal.foot]
     yield from _lengths_of_floor_and_couplings(request)
+
+
+def _lengths_of_tolerances(at: str, arm: Arm) -> Iterator[tuple[str, list[float]]]:
+    """Boxes for the position."""
+    given = arm.tolerance
+    for number, one in enumerate(given if isinstance(given, list) else [] if given is None else [given]):
+        where = f"{at}/tolerance/{number}" if isinstance(given, list) else f"{at}/tolerance"
+        for name in ("x", "y", "z"):
+            found = None if one.position is None else getattr(one.position, name)
+            if found is not None:
+                yield f"{where}/position/{name}", found
 
 
 def _lengths_of_path(at: str, task: LineTask | ArcTask) -> Iterator[tuple[str, list[float]]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -33,6 +33,7 @@ class Rules:
         segments: the poses of each segment. joined: (m - 1,) True where the next pose is one of the same segment.
         counts: (m,) what the poses count for in the objective; None for 1.
         smallest_wrist: rad, distance that the wrist keeps from its singularity; 0 where singularities are allowed.
+        stepped: (6,) False for joints whose steps say nothing.
     """
 
     lower: Floats
@@ -45,6 +46,7 @@ class Rules:
     joined: Bools
     counts: Floats | None
     smallest_wrist: float = 0.0
+    stepped: Bools = field(default_factory=lambda: np.ones(6, dtype=np.bool_))
 
     def share(self, segment: slice) -> Floats | None:
         """What the poses of a segment count for."""
@@ -63,6 +65,7 @@ class Rules:
             reference=arm.reference,
             weights=arm.weights,
             max_step=problem.max_step + MISSED,
+            stepped=np.array([True] * 5 + [not problem.last_open]),
             shifts=Shifts(start, yaw.width + 2.0 * MISSED, free),
             segments=problem.segments,
             joined=joined(problem.starts, len(problem.positions)),

@@ -131,7 +131,7 @@ def linearised(rules: Rules, half: Floats, found: Enclosed, expansion: Expansion
         rest = np.concatenate([rest, _picked(rest, pair) + _picked(rest, pair + 1)], axis=-1)
         weights = np.concatenate([weights, np.zeros((6, n, 1))], axis=-1)
         known = _picked(fine, pair) & _picked(fine, pair + 1)
-        steps = np.where(known, rules.max_step, np.inf)
+        steps = np.where(known & rules.stepped[:, None, None], rules.max_step, np.inf)
         limits = np.concatenate([limits, np.stack([-steps, steps])], axis=-1)
     linear = Linear(
         error=_rows(error),

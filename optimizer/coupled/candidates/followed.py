@@ -116,4 +116,5 @@ def _cut(cell: Cell) -> tuple[Cell, Ints]:
     objects[poses], weights[poses] = task.poses, task.weights
     objects[between] = path.at(step[between], fraction[between])
     starts = tuple(int(poses[start]) for start in task.starts)
-    return replace(cell, task=replace(task, poses=objects, weights=weights, starts=starts)), poses
+    cut = replace(task, poses=objects, weights=weights, starts=starts)
+    return cell.with_places(cut, poses, step[between], fraction[between]), poses

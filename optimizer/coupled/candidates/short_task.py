@@ -53,7 +53,7 @@ class ShortTask:
         poses, task = shortened(cell.task, count)
         between = float(np.max(np.diff(poses), initial=1))
         turn, shift = min(pi, between * cell.max_joint_step), between * cell.max_prismatic_step
-        short = replace(cell, task=task, max_joint_step=turn, max_prismatic_step=shift)
+        short = replace(cell.with_task(task, poses), max_joint_step=turn, max_prismatic_step=shift)
         return ShortTask(scene, tuple(problems), poses, _on_task(scene, short), _problems(short, problems))
 
     def at_poses(self, points: Sequence[ArmSolution]) -> tuple[ArmSolution, ...]:

@@ -28,9 +28,11 @@ def immediate_infeasibility(cell: Cell, deadline: float = inf) -> tuple[Infeasib
     Raises:
         Cancelled: whoever watches (`duocell.optimizer.monitoring.watch`) wants an end.
     """
+    found = [*coupling_conflicts(cell), *one_place_conflicts(cell)]
+    if any(not cell.freedom(arm).exact for arm in cell.arms):
+        return tuple(found)  # the others speak of poses that are given
     clearances = cell.surroundings.clearances
     model = CollisionModel(cell.arms, cell.surroundings) if clearances.any else None
-    found = [*coupling_conflicts(cell), *one_place_conflicts(cell)]
     if model is not None:
         found += fixed_body_conflicts(cell, model, deadline)
         found += self_distance_conflicts(cell, model, deadline)

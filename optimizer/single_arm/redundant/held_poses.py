@@ -63,7 +63,7 @@ def with_held_poses(cell: Cell, dof: int) -> HeldTask | None:
     kept = (ends[:-1] + ends[1:] - 1) // 2
     starts = tuple(int(rows[start]) for start in task.starts)
     small = Task(task.poses[kept], starts, task.names, np.bincount(rows, task.weights).astype(np.float64))
-    return HeldTask(replace(cell, task=small), rows)
+    return HeldTask(cell.with_task(small, kept), rows)
 
 
 def _rests(task: Task) -> list[tuple[int, int]]:

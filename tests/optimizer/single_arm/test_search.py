@@ -13,7 +13,7 @@ from duocell.models.robot.arm import Arm
 from duocell.optimizer.nlp.program import ArmSolution
 from duocell.optimizer.nlp.solve import Solve, SolveStatus
 from duocell.optimizer.settings import Settings
-from duocell.optimizer.single_arm import search as search_module
+from duocell.optimizer.single_arm import local as local_module
 from duocell.optimizer.single_arm.arm_search import ArmSearch
 from duocell.optimizer.single_arm.local import solve_locally
 from duocell.optimizer.single_arm.search import search_arm
@@ -75,7 +75,7 @@ def test_a_solve_that_time_has_cut_short_is_not_a_finished_search(monkeypatch: p
             time.sleep(0.01)
         return replace(result, status=SolveStatus.LIMIT, engine_status="Maximum_WallTime_Exceeded")
 
-    monkeypatch.setattr(search_module, "solve_locally", cut)
+    monkeypatch.setattr(local_module, "solve_locally", cut)
     fixed = replace(task.arm, base=region(*task.position), posture=posture_of_witness(task))
     found = searched(task, fixed, seconds=1.0)
     assert found.starts == 1

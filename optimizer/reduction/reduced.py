@@ -145,8 +145,16 @@ class ReducedProblem:
         return replace(problem, weights=np.repeat(totals / counts, counts))
 
     def for_bounds(self) -> ReducedProblem:
-        """The same problem with joint availability for its objective: what lower bounds are known of."""
-        return self if self.objective.bounded else replace(self, objective=JOINT_AVAILABILITY)
+        """The same problem with joint availability for its objective, what lower bounds are known of.
+
+        Bounds know weights of joints and of poses; a weight of joint availability becomes one of the poses.
+        """
+        if self.objective == JOINT_AVAILABILITY:
+            return self
+        if not self.objective.bounded:
+            return replace(self, objective=JOINT_AVAILABILITY)
+        counts = np.ones(len(self.positions)) if self.weights is None else self.weights
+        return replace(self, objective=JOINT_AVAILABILITY, weights=self.objective.terms[0].weight * counts)
 
     def stricter(self, factor: float) -> ReducedProblem:
         """The same problem with violations scored ``factor`` times as dear; infinite for feasibility alone."""

@@ -22,6 +22,7 @@ from duocell.models.objective.objective import JOINT_AVAILABILITY, Objective, Te
 from duocell.models.objective.registry import objective_from
 from duocell.models.robot.arm import Arm, BaseRegion, Interval
 from duocell.models.robot.robot import Robot
+from duocell.optimizer.certificate.certify import certify
 from duocell.optimizer.evaluation.evaluate import evaluate_layout
 from duocell.optimizer.optimize import optimize
 from duocell.optimizer.reduction.reduced import evaluate, reduced_problem
@@ -158,6 +159,22 @@ def test_no_bound_is_told_where_none_is_known(certificate: CertificateSettings) 
     (arm,) = found.arms
     assert (arm.lower_bound, arm.gap, arm.proved) == (None, None, False)
     assert "no lower bound is known of 1 joint_availability + 5 manipulability" in arm.note
+
+
+@pytest.mark.parametrize("weight", [0.25, 3.0])
+def test_a_weight_of_joint_availability_is_in_its_bound(weight: float) -> None:
+    cell = replace(line(0), objective=objective_from([("joint_availability", weight)]))
+    wanted = CertificateSettings(0.01, 20.0)
+    usual, asked = (optimize(one, Settings(certificate=wanted)) for one in (line(0), cell))
+    assert value_of(asked) == pytest.approx(weight * value_of(usual), rel=1e-5)
+    assert usual.certificate is not None
+    assert asked.certificate is not None
+    assert asked.certificate.lower_bound == pytest.approx(weight * (usual.certificate.lower_bound or 0.0), rel=1e-3)
+    problem = reduced_problem(cell, cell.arms[0])
+    assert problem is not None
+    alone = certify(problem, None, wanted).lower_bound  # that nothing known caps
+    assert alone is not None
+    assert 0.97 * value_of(asked) <= alone <= value_of(asked) * (1.0 + 1e-6)
 
 
 def test_what_cannot_be_done_is_proved_whatever_is_asked_for() -> None:

@@ -39,3 +39,10 @@ def test_what_docstrings_name_is_there() -> None:
     assert len({name for _, name in named if name.startswith("docs/")}) > 3
     modules = {(path, name) for path in SOURCES for name in MODULES.findall(path.read_text())}
     assert [(path.name, name) for path, name in sorted(modules) if not is_there(name)] == []
+
+
+def test_every_decision_has_a_number_of_its_own() -> None:
+    pages = sorted((ROOT / "docs" / "decisions").glob("*.md"))
+    numbers = [page.name[:4] for page in pages]
+    assert [number for number in numbers if numbers.count(number) > 1] == []
+    assert [page.name for page in pages if not page.read_text().startswith(f"# {page.name[:4]} ")] == []

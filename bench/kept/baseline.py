@@ -42,6 +42,8 @@ NOT_KEPT = frozenset(
     }
 )
 """Fields that are left out wherever they stand."""
+WHERE = frozenset({"pose", "fraction"})
+"""Fields of a clearance that are left out: tools on one part are as far apart at all poses; rounding says at which."""
 Report = Callable[[str], None]
 
 
@@ -94,7 +96,7 @@ def answered(case: Case, folder: Path) -> Any:
         except (InvalidRequest, NotJson, DuocellError) as error:
             problem, status = as_problem(error)
             result = document(problem, ADDRESSES[case.kind], status)
-    return json.loads(json.dumps(_kept(result), allow_nan=False))
+    return json.loads(json.dumps(compared(result), allow_nan=False))
 
 
 def differences(kept: Any, now: Any, place: str = "") -> Iterator[str]:
@@ -129,7 +131,7 @@ def check(folder: Path, patterns: Sequence[str], say: Report) -> int:
     failed = 0
     for case in cases(folder, patterns):
         began = process_time()
-        found = list(differences(case.answer, answered(case, folder)))
+        found = list(differences(compared(case.answer), answered(case, folder)))
         failed += bool(found)
         say(f"{process_time() - began:7.2f} s  {case.name}: {'DIFFERS' if found else 'same'}")
         for one in found:
@@ -167,11 +169,12 @@ def _carried_out(case: Case, library: Library) -> dict[str, Any]:
     return solve_request(accepted.prepared, accepted.request_hash, accepted.time_limit, library)
 
 
-def _kept(value: Any) -> Any:
+def compared(value: Any) -> Any:
     """A document without what is not kept."""
     if isinstance(value, dict):
-        return {name: _kept(inner) for name, inner in value.items() if name not in NOT_KEPT}
-    return [_kept(inner) for inner in value] if isinstance(value, (list, tuple)) else value
+        left_out = NOT_KEPT | WHERE if value.keys() >= WHERE else NOT_KEPT
+        return {name: compared(inner) for name, inner in value.items() if name not in left_out}
+    return [compared(inner) for inner in value] if isinstance(value, (list, tuple)) else value
 
 
 def _same(kept: Any, now: Any, field: str) -> bool:

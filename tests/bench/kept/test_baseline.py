@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from bench.kept.baseline import answered, cases, check, differences, write
+from bench.kept.baseline import answered, cases, check, compared, differences, write
 from duocell.service.schemas.evaluate import EVALUATE_EXAMPLE
 
 FOLDER = Path(__file__).parents[2] / "data" / "baseline"
@@ -86,7 +86,7 @@ def test_what_is_quick_is_answered_as_it_was(name: str) -> None:
     asked = cases(FOLDER, [name])
     assert asked
     for case in asked:
-        assert list(differences(case.answer, answered(case, FOLDER))) == [], case.name
+        assert list(differences(compared(case.answer), answered(case, FOLDER))) == [], case.name
 
 
 def test_no_kept_answer_hangs_on_time() -> None:
